@@ -130,6 +130,17 @@ vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
   return result.posture;
 }
 
+std::optional<vjm::Posture> PostureRequest::posture_like(const vjm::Posture& known,
+                                                         const vjm::Robot& of,
+                                                         const vjm::Robot& other) const {
+  if (!have_other_postures(of)) return known;
+  try {
+    return posture(other);
+  } catch (const common::NoConvergence&) {
+    return std::nullopt;
+  }
+}
+
 void LoadRequest::add_options(OptionList& app) {
   add_load_options(app);
   app.add_option("--move,--along", move,
@@ -307,14 +318,13 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
   }
 }
 
-std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
-                                                       const vjm::Posture& posture,
-                                                       const LoadRequest& load,
-                                                       const vjm::Equilibrium& equilibrium,
-                                                       Run& run) const {
+std::optional<vjm::Uncertainty> UncertaintyRequest::of(
+    const vjm::Robot& robot, const PostureRequest& request, const vjm::Posture& posture,
+    const LoadRequest& load, const vjm::Equilibrium& equilibrium, Run& run) const {
   if (equilibrium.status != vjm::EquilibriumStatus::converged) return std::nullopt;
-  const auto numbers = [&](const vjm::Robot& other) {
-    return vjm::deflection_numbers(load.solve(other, posture));
+  const auto numbers = [&](const vjm::Robot& other) -> std::optional<Eigen::VectorXd> {
+    const auto own = request.posture_like(posture, robot, other);
+    return own ? vjm::deflection_numbers(load.solve(other, *own)) : std::nullopt;
   };
   return of(robot, numbers, run);
 }

@@ -26,6 +26,10 @@ struct PostureRequest {
   vjm::Robot read() const;
   /// Throws UsageError for a malformed option, common::NoConvergence for an unreachable pose.
   vjm::Posture posture(const vjm::Robot& robot) const;
+  /// That of a robot like one whose posture is known, but for uncertain numbers; nothing where it
+  /// cannot be reached.
+  std::optional<vjm::Posture> posture_like(const vjm::Posture& known, const vjm::Robot& of,
+                                           const vjm::Robot& other) const;
 };
 
 /// --wrench with --point and --node-load, or --move.
@@ -64,9 +68,9 @@ struct UncertaintyRequest {
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Computation& compute,
                                      Run& run) const;
   /// Of deflection_numbers() of an equilibrium under `load`; none where it was not found.
-  std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Posture& posture,
-                                     const LoadRequest& load, const vjm::Equilibrium& equilibrium,
-                                     Run& run) const;
+  std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const PostureRequest& request,
+                                     const vjm::Posture& posture, const LoadRequest& load,
+                                     const vjm::Equilibrium& equilibrium, Run& run) const;
 };
 
 /// Solves again with every beam in two and eight times the segments. `found` takes over the

@@ -26,7 +26,9 @@ std::optional<vjm::Uncertainty> uncertainty_of(const AssembleRequest& request,
                                                const vjm::Robot& robot, const vjm::Posture& posture,
                                                Run& run) {
   const auto numbers = [&](const vjm::Robot& other) {
-    return deflection_numbers(vjm::assemble(other.manipulator, posture).assembled);
+    const auto own = request.posture.posture_like(posture, robot, other);
+    return own ? deflection_numbers(vjm::assemble(other.manipulator, *own).assembled)
+               : std::nullopt;
   };
   return request.uncertainty.of(robot, numbers, run);
 }

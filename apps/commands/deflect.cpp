@@ -100,7 +100,8 @@ io::Json deflect(const DeflectRequest& request, Run& run) {
   vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   const vjm::SegmentCheck segments =
       check_segments(robot, request.posture, request.load, equilibrium);
-  const auto uncertainty = request.uncertainty.of(robot, posture, request.load, equilibrium, run);
+  const auto uncertainty =
+      request.uncertainty.of(robot, request.posture, posture, request.load, equilibrium, run);
   run.print(report::first_screen(robot, equilibrium, uncertainty) + report::text(robot, segments));
   run.print_more(fmt::format("\n{}\n", robot.name) + report::text(robot, posture) +
                  report::text(robot, equilibrium));

@@ -57,7 +57,11 @@ Unloaded unloaded_robot(const StiffnessRequest& request, const vjm::Robot& robot
   of.softest = softest;
   of.shares = vjm::spring_shares(robot.manipulator, posture, softest);
   of.uncertainty = request.uncertainty.of(
-      robot, [&](const vjm::Robot& other) { return stiffness_numbers(other, posture, softest); },
+      robot,
+      [&](const vjm::Robot& other) -> std::optional<Eigen::VectorXd> {
+        const auto own = request.posture.posture_like(posture, robot, other);
+        return own ? stiffness_numbers(other, *own, softest) : std::nullopt;
+      },
       run);
   return of;
 }
@@ -84,7 +88,8 @@ io::Json stiffness(const StiffnessRequest& request, Run& run) {
 
   vjm::Equilibrium loaded = request.load.solve(robot, posture);
   const vjm::SegmentCheck segments = check_segments(robot, request.posture, request.load, loaded);
-  const auto uncertainty = request.uncertainty.of(robot, posture, request.load, loaded, run);
+  const auto uncertainty =
+      request.uncertainty.of(robot, request.posture, posture, request.load, loaded, run);
   run.print("\n" + report::first_screen(robot, loaded, uncertainty) +
             report::text(robot, segments));
   run.print_more("\nLoaded\n------\n" + report::text(robot, loaded));

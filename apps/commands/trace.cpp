@@ -61,7 +61,9 @@ std::optional<vjm::Uncertainty> uncertainty_of(const TraceRequest& request, cons
   const vjm::Posture posture = request.posture.posture(robot);
   const auto numbers = [&](const vjm::Robot& other) {
     common::Progress silent;
-    return numbers_of(vjm::trace(other.manipulator, posture, task, options, silent), path);
+    const auto own = request.posture.posture_like(posture, robot, other);
+    return own ? numbers_of(vjm::trace(other.manipulator, *own, task, options, silent), path)
+               : std::nullopt;
   };
   return numbers_of(path, path) ? request.uncertainty.of(robot, numbers, run) : std::nullopt;
 }

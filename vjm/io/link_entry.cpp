@@ -76,7 +76,7 @@ Material read_material(const YamlNode& node, const UnitSystem& units,
     material.shear_modulus = material.young_modulus / (2 * (1 + nu));
   }
   if (const auto density = node.find("density"))
-    material.density = density->positive(dimension::density, units);
+    material.density = read(*density, dimension::density);
   return material;
 }
 
@@ -133,7 +133,8 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
                     const std::optional<YamlNode>& materials, const LinkOptions& options) {
   node.allow_only(
       {"length", "direction", "section", "section_y", "material", "theory", "segments"});
-  const double length = node.at("length").positive(dimension::length, units);
+  const double length = PartNumbers{units, *options.sources, SourceKind::length}(node.at("length"),
+                                                                                 dimension::length);
   const auto direction_given = node.find("direction");
   const Vector3 direction = direction_given ? direction_given->direction() : Vector3::UnitX();
   const Material material = read_material(node.at("material"), units, materials, *options.sources);
@@ -165,11 +166,12 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
 }
 
 // `mass: {mass: 12 kg, center: [x, y, z], inertia: [...]}` of a rigid, inline or identified link.
-std::optional<LinkMass> read_mass(const YamlNode& node, const UnitSystem& units) {
+std::optional<LinkMass> read_mass(const YamlNode& node, const UnitSystem& units,
+                                  SourceList& sources) {
   const auto given = node.find("mass");
   if (!given) return std::nullopt;
   given->allow_only({"mass", "center", "inertia"});
-  LinkMass mass{given->at("mass").positive(dimension::mass, units),
+  LinkMass mass{PartNumbers{units, sources, SourceKind::mass}(given->at("mass"), dimension::mass),
                 given->at("center").vector3(dimension::length, units)};
   if (const auto inertia = given->find("inertia")) mass.inertia = read_inertia(*inertia, units);
   return mass;
@@ -199,7 +201,7 @@ LinkModel read_identified(const YamlNode& node, const YamlNode& value, const Uni
   if (identified.mass)
     link.mass = LinkMass{*identified.mass * (copies ? copies->integer(1, 1000) : 1),
                          start.inverse() * identified.center_of_mass};
-  if (const auto given = read_mass(node, units)) link.mass = given;
+  if (const auto given = read_mass(node, units, sources)) link.mass = given;
   return link;
 }
 
@@ -232,7 +234,7 @@ void require_positive(const Matrix6& given, const YamlNode& value) {
 }
 
 LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::string& kind,
-                      const UnitSystem& units) {
+                      const UnitSystem& units, SourceList& sources) {
   node.allow_only({kind, "end", "copies", "mass"});
   const Matrix6 given = value.matrix6();
   if (spatial::symmetry_defect(given) > 1e-6) value.fail("the 6x6 matrix is not symmetric");
@@ -248,7 +250,7 @@ LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::st
     link.parts = {{end, Compliance6(given.cwiseQuotient(unit))}};
   }
   link.parts[0].compliance = divided_by_copies(*link.parts[0].compliance, node);
-  link.mass = read_mass(node, units);
+  link.mass = read_mass(node, units, sources);
   return link;
 }
 
@@ -260,7 +262,7 @@ LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
   if (kind == "rigid") {
     node.allow_only({"rigid", "mass"});
     LinkModel link{.parts = {{io::read_pose(value, units), std::nullopt}}};
-    link.mass = read_mass(node, units);
+    link.mass = read_mass(node, units, *options.sources);
     return link;
   }
   if (kind == "beam") {
@@ -272,13 +274,13 @@ LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
     const Matrix6 stiffness = kind == "bearing" ? read_bearing(value, units, *options.sources)
                                                 : read_guide(value, units, *options.sources);
     LinkModel link{.parts = {stiffness_part({}, stiffness, value)}};
-    link.mass = read_mass(node, units);
+    link.mass = read_mass(node, units, *options.sources);
     return link;
   }
   if (kind == "manipulator") return read_sub_manipulator(node, units, options, read);
   if (kind == "compliance" && value.is_scalar())
     return read_identified(node, value, units, *options.sources);
-  return read_inline(node, value, kind, units);
+  return read_inline(node, value, kind, units, *options.sources);
 }
 
 }  // namespace

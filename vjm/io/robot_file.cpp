@@ -262,11 +262,16 @@ std::string add_link(ChainBuilder& chain, const YamlNode& node, const Parts& par
   return unique;
 }
 
-void add_mass(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
+void add_mass(ChainBuilder& chain, const YamlNode& node, const Parts& parts) {
   node.allow_only({"name", "mass", "at", "inertia"});
   const auto at = node.find("at"), inertia = node.find("inertia");
+  const UnitSystem& units = parts.units;
+  const std::string name = node.at("name").text();
   chain.mass(
-      node.at("name").text(), node.at("mass").positive(dimension::mass, units),
+      name,
+      read_uncertain(node.at("mass"), dimension::mass, units,
+                     {.name = "mass of " + name, .place = {}, .kind = SourceKind::mass},
+                     parts.sources),
       at ? at->vector3(dimension::length, units) : spatial::Vector3(spatial::Vector3::Zero()), {},
       inertia ? read_inertia(*inertia, units) : spatial::Matrix3(spatial::Matrix3::Zero()));
 }
@@ -290,7 +295,7 @@ std::string add_element(ChainBuilder& chain, const YamlNode& element, const Part
     if (kind == "passive") add_passive(chain, value, parts);
     if (kind == "coupled") add_coupled(chain, value, parts.units);
     if (kind == "link") return links.emplace_back(add_link(chain, value, parts, links));
-    if (kind == "mass") add_mass(chain, value, parts.units);
+    if (kind == "mass") add_mass(chain, value, parts);
     if (kind == "node") add_node(chain, value, parts.units);
     if (kind == "offset" || kind == "tool") chain.offset(io::read_pose(value, parts.units));
   } catch (const std::invalid_argument& error) {

@@ -15,6 +15,10 @@ std::string to_string(SourceKind kind) {
       return "material";
     case SourceKind::section:
       return "section";
+    case SourceKind::length:
+      return "length";
+    case SourceKind::mass:
+      return "mass";
     case SourceKind::element:
       return "machine element";
     case SourceKind::mesh:

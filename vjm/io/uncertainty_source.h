@@ -16,7 +16,18 @@ namespace kinetostat::vjm {
 /// that none is negative.
 enum class Spread { normal, log_normal, rectangular };
 /// What a source is an uncertainty of.
-enum class SourceKind { joint, material, section, element, mesh, clamping, fitted, effect };
+enum class SourceKind {
+  joint,
+  material,
+  section,
+  length,
+  mass,
+  element,
+  mesh,
+  clamping,
+  fitted,
+  effect
+};
 /// "joint", "material", ...
 std::string to_string(SourceKind kind);
 

@@ -68,6 +68,12 @@ constexpr std::size_t batch = 256;
 
 }  // namespace
 
+bool have_other_postures(const Robot& robot) {
+  return std::any_of(
+      robot.sources.begin(), robot.sources.end(),
+      [](const UncertaintySource& source) { return source.kind == SourceKind::length; });
+}
+
 Eigen::MatrixXd drawn_values(const Robot& robot, std::size_t count, std::uint64_t seed) {
   Eigen::MatrixXd shares = hypercube(robot.sources.size(), count, seed);
   if (!robot.correlation.isIdentity(0)) correlate(robot.correlation, shares);

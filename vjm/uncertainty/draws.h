@@ -14,6 +14,10 @@ namespace kinetostat::vjm {
 /// Where sources are correlated, so are the normal numbers from which their values follow.
 Eigen::MatrixXd drawn_values(const Robot& robot, std::size_t count, std::uint64_t seed);
 
+/// Whether robots with other values of the sources stand otherwise at the same pose or the same
+/// joint values: some length is a source.
+bool have_other_postures(const Robot& robot);
+
 /// What was computed of the robots that were drawn.
 struct Draws {
   std::size_t count = 0;  // that were drawn

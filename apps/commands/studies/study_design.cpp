@@ -41,7 +41,8 @@ class DesignStudy {
     softest_ = report::softest_direction(*unloaded_.compliance);
     shares_ = vjm::spring_shares(robot_.manipulator, posture_, softest_.direction);
     const auto numbers = [this](const vjm::Robot& other) {
-      return stiffness_numbers(other, posture_, softest_.direction);
+      return stiffness_numbers(other, have_other_postures(robot_) ? at_home(other) : posture_,
+                               softest_.direction);
     };
     uncertainty_ = UncertaintyRequest().of(robot_, numbers, run_);
   }

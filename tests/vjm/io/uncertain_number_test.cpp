@@ -125,6 +125,25 @@ TEST(UncertainNumber, OfAMaterialIsThatOfAllItsLinks) {
   EXPECT_EQ(stiffness(stiffer, "q1"), stiffness(robot, "q1"));
 }
 
+// A mass is one number wherever its chain is used, and the density that of all links of a material.
+TEST(UncertainNumber, OfAMassAndADensityMovesWeights) {
+  const std::string heavy =
+      replaced(replaced(arm, "nu: 0.3", "nu: 0.3, density: {value: 7850 kg/m^3, plus_minus: 1 %}"),
+               "    - link: fore\n",
+               "    - link: fore\n    - mass: {name: tool, mass: {value: 12 kg, sd: 0.5 kg}}\n");
+  const Robot robot = robot_from(heavy);
+  ASSERT_EQ(robot.sources.size(), 2u);
+  EXPECT_EQ(robot.sources[0].name, "density of steel");
+  EXPECT_EQ(robot.sources[1].name, "mass of tool");
+  const auto weight = [](const Robot& of) {
+    double sum = 0;
+    for (const PointMass& mass : of.manipulator.chains()[0].masses()) sum += mass.mass;
+    return sum;
+  };
+  EXPECT_NEAR(weight(with(robot, "mass of tool", 15)), weight(robot) + 3, 1e-9);
+  EXPECT_NEAR(weight(with(robot, "density of steel", 2 * 7850)), 2 * weight(robot) - 12, 1e-9);
+}
+
 TEST(UncertainNumber, WithAnotherValueIsTheFileWithThatValue) {
   const Robot robot =
       robot_from(replaced(replaced(arm, "2.0e4 N m/rad", "{value: 2.0e4 N m/rad, sd: 10 %}"),

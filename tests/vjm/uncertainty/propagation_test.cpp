@@ -11,6 +11,7 @@
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/spring_shares.h"
 #include "kinetostat/vjm/uncertainty/deflection_numbers.h"
+#include "kinetostat/vjm/uncertainty/draws.h"
 #include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 
 #include "support/matrix_near.h"
@@ -199,6 +200,44 @@ TEST(Propagation, NamesTheSourceBesideWhichNothingStands) {
   } catch (const common::NoConvergence& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("beside the estimate of the stiffness of b"));
   }
+}
+
+// A cantilever of Euler and Bernoulli with a mass at its end, under a force there: w = F L^3 / 3 E
+// I, where its weight is the force.
+const char* const cantilever = R"(kinetostat: 1
+name: cantilever
+units: {length: m, force: N, angle: rad}
+gravity: {direction: [0, 0, -1]}
+materials: {steel: {E: 210 GPa, nu: 0.3}}
+links:
+  bar: {beam: {length: {value: 0.5, sd: 0.4 %}, section: {circle: {diameter: 0.02}}, material: steel,
+               theory: euler-bernoulli}}
+chain_types:
+  arm: [{link: bar}, {mass: {name: load, mass: {value: 3 kg, sd: 2 %}}}]
+manipulator: {chain: arm}
+)";
+
+TEST(Propagation, OfALengthIsThreefoldInACantileverAndOfAMassOnefold) {
+  const Robot robot = robot_from(cantilever);
+  ASSERT_EQ(robot.sources.size(), 2u);
+  EXPECT_EQ(robot.sources[0].name, "length of bar");
+  EXPECT_EQ(robot.sources[0].kind, SourceKind::length);
+  EXPECT_EQ(robot.sources[1].name, "mass of load");
+  EXPECT_EQ(robot.sources[1].kind, SourceKind::mass);
+  EXPECT_TRUE(have_other_postures(robot));
+  common::Progress progress;
+  // Each robot from where it stands without load: a longer bar is no deflection.
+  const Propagation found = propagate(
+      robot,
+      [](const Robot& r) {
+        return deflection_numbers(equilibrium_under_load(r.manipulator, home(r), {}));
+      },
+      1, progress);
+  const Eigen::Index moved = DeflectionNumbers::moved;
+  const double sag = 3 * 9.80665 * std::pow(0.5, 3) / (3 * 210e9 * M_PI / 64 * std::pow(0.02, 4));
+  EXPECT_NEAR(found.value[moved], sag, 1e-4 * sag);
+  EXPECT_NEAR(std::abs(found.parts(moved, 0)), 3 * 0.004 * sag, 1e-3 * 0.012 * sag);
+  EXPECT_NEAR(std::abs(found.parts(moved, 1)), 0.02 * sag, 1e-3 * 0.02 * sag);
 }
 
 TEST(Propagation, DoesNotDependOnTheNumberOfThreads) {
