@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -232,8 +233,9 @@ class GalerkinProduct {
       for (const int j : partner)
         for (int side = j == i ? half : 0; side < 2; ++side) {
           rows.pattern.partner.push_back(2 * j + side);
-          const double* block = value.data() + square * at(slot[at(j)]) + 18 * half + 3 * side;
-          for (int a = 0; a < 3; ++a)
+          const double* block =
+              value.data() + square * at(slot[at(j)]) + 18 * at(half) + 3 * at(side);
+          for (std::size_t a = 0; a < 3; ++a)
             rows.value.insert(rows.value.end(), block + 6 * a, block + 6 * a + 3);
         }
       rows.pattern.start.push_back(static_cast<int>(rows.pattern.partner.size()));
@@ -254,11 +256,11 @@ void prolong_rows(const RigidRows& rows, int first, int end, const Lanes* coarse
                   Lanes* fine_lanes) {
   const auto* coarse = reinterpret_cast<const Register*>(coarse_lanes);
   auto* fine = reinterpret_cast<Register*>(fine_lanes);
-  for (int row = first; row < end; ++row) {
+  for (std::ptrdiff_t row = first; row < end; ++row) {
     Register y0{}, y1{}, y2{};
     for (int k = rows.start[at(row)]; k < rows.start[at(row) + 1]; ++k) {
       const double* p = rows.block(k);
-      const Register* x = coarse + 6 * rows.column_of(k);
+      const Register* x = coarse + std::ptrdiff_t{6} * rows.column_of(k);
       for (int j = 0; j < 6; ++j) {
         y0 += p[j] * x[j];
         y1 += p[6 + j] * x[j];
@@ -281,7 +283,7 @@ void restrict_columns(const RigidRows& rows, const RigidColumns& columns, int fi
     Register sum[6] = {};
     for (std::size_t k = columns.begin(column); k < columns.end(column); ++k) {
       const double* p = rows.block(columns.place[k]);
-      const Register* x = fine + 3 * columns.row[k];
+      const Register* x = fine + std::ptrdiff_t{3} * columns.row[k];
       for (int j = 0; j < 6; ++j) sum[j] += p[j] * x[0] + p[6 + j] * x[1] + p[12 + j] * x[2];
     }
     for (int j = 0; j < 6; ++j) coarse[6 * column + j] = sum[j];

@@ -1,5 +1,6 @@
 #include "kinetostat/fea/linear_algebra/chebyshev_smoother.h"
 
+#include <cstddef>
 #include <cstdint>
 
 #include <Eigen/LU>
@@ -24,11 +25,11 @@ using Register = double __attribute__((vector_size(sizeof(Lanes)), may_alias));
 
 // d = keep * d + scale * D^-1 r on some blocks.
 KINETOSTAT_FOR_SEVERAL_PROCESSORS
-void add_scaled(const double* inverse, const Lanes* r_lanes, double scale, double keep, int blocks,
-                Lanes* d_lanes) {
+void add_scaled(const double* inverse, const Lanes* r_lanes, double scale, double keep,
+                std::ptrdiff_t blocks, Lanes* d_lanes) {
   const auto* r = reinterpret_cast<const Register*>(r_lanes);
   auto* d = reinterpret_cast<Register*>(d_lanes);
-  for (int b = 0; b < blocks; ++b, inverse += 9, r += 3, d += 3)
+  for (std::ptrdiff_t b = 0; b < blocks; ++b, inverse += 9, r += 3, d += 3)
     for (int i = 0; i < 3; ++i) {
       const Register z =
           inverse[3 * i] * r[0] + inverse[3 * i + 1] * r[1] + inverse[3 * i + 2] * r[2];
@@ -39,7 +40,7 @@ void add_scaled(const double* inverse, const Lanes* r_lanes, double scale, doubl
 std::vector<double> inverse_diagonal(const BlockMatrix& matrix) {
   std::vector<double> inverse(9 * at(matrix.pattern.blocks()));
   for (int b = 0; b < matrix.pattern.blocks(); ++b)
-    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse.data() + 9 * b) =
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse.data() + 9 * at(b)) =
         matrix.block(matrix.pattern.begin(b)).inverse();
   return inverse;
 }
@@ -66,34 +67,36 @@ ChebyshevSmoother::ChebyshevSmoother(MultiVectorProduct& product, common::Progre
   constexpr double margin = 1.05;  // the iterations see the eigenvalue from below
   MultiVector b = noise(at(product.matrix().size()));
   const auto jacobi = [this](const MultiVector& r, MultiVector& z) {
-    product_.for_each_piece([&](int first, int blocks) { begin(first, blocks, 1, r, z); });
+    product_.for_each_piece(
+        [&](std::ptrdiff_t first, std::ptrdiff_t blocks) { begin(first, blocks, 1, r, z); });
   };
   largest_eigenvalue_ =
       margin * largest_ritz_value(conjugate_gradients(
                    product, b, jacobi, {.tolerance = 0, .most_iterations = iterations}, progress));
 }
 
-void ChebyshevSmoother::begin(int first, int blocks, double scale, const MultiVector& r,
-                              MultiVector& d) const {
+void ChebyshevSmoother::begin(std::ptrdiff_t first, std::ptrdiff_t blocks, double scale,
+                              const MultiVector& r, MultiVector& d) const {
   add_scaled(inverse_.data() + 9 * first, r.data() + 3 * first, scale, 0, blocks,
              d.data() + 3 * first);
 }
 
 void ChebyshevSmoother::smooth(MultiVector& x, MultiVector& r, MultiVector& d, MultiVector& w,
                                bool needs_residual) const {
-  product_.for_each_piece(
-      [&](int first, int blocks) { begin(first, blocks, 4 / (3 * largest_eigenvalue_), r, d); });
+  product_.for_each_piece([&](std::ptrdiff_t first, std::ptrdiff_t blocks) {
+    begin(first, blocks, 4 / (3 * largest_eigenvalue_), r, d);
+  });
   for (int k = 1; k <= degree; ++k) {
     const double weight = best_weights[degree - 1][k - 1];
     const bool last = k == degree;
     if (last && !needs_residual) {
-      product_.for_each_piece([&](int first, int blocks) {
+      product_.for_each_piece([&](std::ptrdiff_t first, std::ptrdiff_t blocks) {
         add(weight, d.data() + 3 * first, 3 * blocks, x.data() + 3 * first);
       });
       return;
     }
     product_(d, w, [&](int piece) {
-      const int first = product_.first(piece), blocks = product_.end(piece) - first;
+      const std::ptrdiff_t first = product_.first(piece), blocks = product_.end(piece) - first;
       add(weight, d.data() + 3 * first, 3 * blocks, x.data() + 3 * first);
       add(-weight, w.data() + 3 * first, 3 * blocks, r.data() + 3 * first);
       if (!last)

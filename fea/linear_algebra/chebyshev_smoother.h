@@ -1,6 +1,7 @@
 // The smoother of all multigrid levels.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "kinetostat/common/progress.h"
@@ -29,7 +30,8 @@ class ChebyshevSmoother {
 
  private:
   // d = scale * D^-1 r on some blocks.
-  void begin(int first, int blocks, double scale, const MultiVector& r, MultiVector& d) const;
+  void begin(std::ptrdiff_t first, std::ptrdiff_t blocks, double scale, const MultiVector& r,
+             MultiVector& d) const;
 
   MultiVectorProduct& product_;
   std::vector<double> inverse_;  // of the diagonal blocks, nine each

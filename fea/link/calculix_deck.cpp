@@ -186,7 +186,7 @@ std::string calculix_deck(const std::string& title, const TetMesh& mesh,
 
 // Rows "node ux uy uz", the two nodes of each loaded interface in turn, step by step.
 Eigen::MatrixXd read_calculix_flexibility(const std::string& dat, int loaded_interfaces) {
-  const Eigen::Index size = 6 * loaded_interfaces;
+  const Eigen::Index size = Eigen::Index{6} * loaded_interfaces;
   Eigen::MatrixXd flexibility(size, size);
   std::istringstream lines(dat);
   Eigen::Index count = 0;

@@ -57,7 +57,7 @@ class StressedModel {
                  static_cast<int>(unknowns_.bodies().size())),
         prestress_(mesh, unknowns_, prestress) {}
 
-  Eigen::Index size() const { return 3 * unknowns_.blocks(); }
+  Eigen::Index size() const { return Eigen::Index{3} * unknowns_.blocks(); }
   const PrestressProduct& prestress() const { return prestress_; }
   Eigen::VectorXd solve(const Eigen::VectorXd& load) const { return factors_.solve(load); }
 

@@ -111,7 +111,7 @@ void EquilibriumDerivatives::solve(const EquationChange& change,
     system.chains()[c].gather_force(change.chains[c].force, right.coordinates[c]);
     right.coordinates[c] *= -1;
     right.wrenches[c] = -twist.cwiseProduct(change.chains[c].end);
-    if (const int from = system.manipulator().span(c).from; from != Span::base)
+    if (const Eigen::Index from = system.manipulator().span(c).from; from != Span::base)
       right.bodies.segment<6>(6 * from) += wrench.cwiseProduct(change.chains[c].origin);
   }
   matrix_->solve_bodies(right, solution);
