@@ -144,6 +144,7 @@ std::map<std::string, Instrument> read_instruments(const YamlNode& top) {
     if (top.has("noise"))
       given->fail("'noise' and 'instrument' both say how exact the readings are", "Keep one");
     std::vector<std::string> names;
+    names.reserve(instruments.size());
     for (const auto& [name, instrument] : instruments) names.push_back(name);
     instruments[""] = instruments.at(given->choice(names));
   }
@@ -203,6 +204,7 @@ std::optional<NamedFrame> read_frame(const YamlNode& top, const std::string& key
   const auto given = top.find(key);
   if (!given) return std::nullopt;
   std::vector<std::string> names;
+  names.reserve(frames.size());
   for (const auto& [name, frame] : frames) names.push_back(name);
   return frames.at(given->choice(names));
 }

@@ -186,6 +186,7 @@ void propose_sensors(const io::CsvTable& table, const std::vector<Joint>& joints
                      ReadingsOverview& overview) {
   const std::set<std::string> known = meanings(table, joints, overview);
   std::vector<std::string> names;
+  names.reserve(joints.size());
   for (const Joint& joint : joints) names.push_back(joint.alone);
   overview.sensors_only =
       std::none_of(component_names.begin(), component_names.end(),

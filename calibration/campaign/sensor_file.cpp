@@ -95,6 +95,7 @@ vjm::CarriedFrame read_place(const YamlNode& node, const vjm::Manipulator& robot
   const auto places = places_of(robot);
   const YamlNode on = node.at("on");
   std::vector<std::string> names;
+  names.reserve(places.size());
   for (const auto& [name, frames] : places) names.push_back(name);
   const std::string name = on.choice(names);
   const auto& frames = places.at(name);

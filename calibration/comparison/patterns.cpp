@@ -273,6 +273,7 @@ class PatternFinder {
     add(patterns.loops.area);
     add(patterns.loops.return_to_zero);
     std::vector<double> p;
+    p.reserve(tests.size());
     for (const auto& test : tests) p.push_back(test.first);
     const std::vector<double> adjusted = holm(p);
     for (std::size_t i = 0; i < tests.size(); ++i) *tests[i].second = adjusted[i];

@@ -34,6 +34,7 @@ class Wishes {
  private:
   static std::vector<Box> boxes(const std::vector<Vector3>& points) {
     std::vector<Box> boxes;
+    boxes.reserve(points.size());
     for (const Vector3& p : points) boxes.emplace_back(p);
     return boxes;
   }

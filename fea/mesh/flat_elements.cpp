@@ -189,6 +189,7 @@ bool Workshop::reconnect_around(int a, int b) {
   constexpr std::size_t largest_ring = 12;
   if (old.size() < 3 || old.size() > largest_ring) return false;
   std::vector<Tet> tets;
+  tets.reserve(old.size());
   for (const int e : old) tets.push_back(tets_[at(e)]);
   const std::vector<int> ring = ring_of(tets, a, b);
   const std::size_t n = ring.size();

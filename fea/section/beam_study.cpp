@@ -77,6 +77,7 @@ BeamModel model(std::vector<BeamElement> elements, const Material& material, con
 
 std::vector<BeamElement> elements(const std::vector<BeamStation>& stations, double length) {
   std::vector<BeamElement> list;
+  list.reserve(stations.size());
   for (const BeamStation& station : stations) list.push_back(element(station, length));
   return list;
 }

@@ -308,6 +308,7 @@ SectionProperties::Principal SectionProperties::principal() const {
 SectionProperties analyse(const std::vector<SectionPiece>& section, double poisson) {
   if (section.empty()) throw SectionError("there is no material in it");
   std::vector<SectionProperties> parts;
+  parts.reserve(section.size());
   for (const SectionPiece& piece : section) parts.push_back(Piece(piece, poisson).properties());
   return parts.size() == 1 ? parts.front() : side_by_side(parts);
 }

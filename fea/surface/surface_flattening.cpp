@@ -63,6 +63,7 @@ double shared_edge(const SurfaceMesh& mesh, std::size_t f, std::size_t g) {
 std::vector<Plane> fitted_planes(const SurfaceMesh& mesh, const std::vector<FlatFace>& faces,
                                  const std::vector<int>& face_of, double tolerance) {
   std::vector<Plane> planes;
+  planes.reserve(faces.size());
   for (const FlatFace& face : faces) planes.push_back(fit(mesh, face, tolerance));
   const std::vector<Triangle> neighbours = facet_neighbours(mesh);
   std::vector<bool> is_curved(planes.size(), false);

@@ -45,6 +45,7 @@ std::size_t drop_collapsed(SurfaceMesh& mesh) {
 std::size_t join_corners(SurfaceMesh& mesh, double tolerance) {
   const std::vector<int> corners = corners_of(open_edges(mesh));
   std::vector<Vector3> points;
+  points.reserve(corners.size());
   for (const int c : corners) points.push_back(mesh.points[at(c)]);
   const std::vector<int> place = merge_near(points, tolerance);
   std::vector<int> first(points.size(), -1), number(mesh.points.size());
@@ -123,6 +124,7 @@ std::size_t split_once(SurfaceMesh& mesh, double tolerance) {
   const std::vector<EdgeUse> edges = open_edges(mesh);
   const std::vector<int> corners = corners_of(edges);
   std::vector<Box> boxes;
+  boxes.reserve(corners.size());
   for (const int c : corners) boxes.emplace_back(mesh.points[at(c)]);
   const BoxTree tree(std::move(boxes));
   std::vector<std::vector<int>> groups_of = groups_by_facet(mesh);

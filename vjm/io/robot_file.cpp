@@ -689,6 +689,7 @@ namespace {
 std::size_t find_source(const YamlNode& node, const std::string& name,
                         const std::vector<UncertaintySource>& sources) {
   std::vector<std::string> names;
+  names.reserve(sources.size());
   for (const UncertaintySource& source : sources) names.push_back(source.name);
   const auto count = std::count(names.begin(), names.end(), name);
   if (count > 1) node.fail(fmt::format("'{}' stands for several numbers of this file", name));

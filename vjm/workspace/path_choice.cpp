@@ -20,6 +20,7 @@ constexpr double lost = -std::numeric_limits<double>::infinity();
 std::vector<double> values_of(const std::optional<FreeTurn>& turn) {
   if (!turn) return {0};
   std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(turn->steps));
   for (int k = 0; k < turn->steps; ++k)
     values.push_back(turn->steps == 1
                          ? turn->from
