@@ -12,7 +12,7 @@ struct FlatFace {
   std::vector<int> facets;  // ascending
   Vector3 centroid;         // [m]
   Vector3 normal;           // outward, unit
-  double area;              // [m^2]
+  double area = 0;          // [m^2]
 };
 
 /// Small flat faces around an axis: a bore or a boss, whole or in part.
@@ -20,8 +20,8 @@ struct RoundFace {
   std::vector<int> facets;
   Vector3 axis_point;  // on the axis, at the middle of the face [m]
   Vector3 axis;        // unit, first non-zero component positive
-  double radius;       // [m]
-  double length;       // along the axis [m]
+  double radius = 0;   // [m]
+  double length = 0;   // along the axis [m]
 };
 
 /// Every facet belongs to exactly one flat face (a curved surface gives many small ones). Corners
