@@ -154,7 +154,7 @@ std::map<std::string, Instrument> read_instruments(const YamlNode& top) {
 std::string read_line(const YamlNode& top, const char* key) {
   const auto given = top.find(key);
   if (!given) return {};
-  const std::string text = given->text();
+  std::string text = given->text();
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     given->fail("nothing is stated", "Write it behind the key, or remove the key");
   if (text.find_first_of("\r\n") != std::string::npos)
@@ -163,7 +163,7 @@ std::string read_line(const YamlNode& top, const char* key) {
 }
 
 std::string read_date(const YamlNode& top) {
-  const std::string text = read_line(top, "date");
+  std::string text = read_line(top, "date");
   if (text.empty() || iso_date(text) == text.substr(0, 10)) return text;
   const std::string meant = iso_date(text);
   top.at("date").fail(fmt::format("'{}' is not a date of ISO 8601", text),

@@ -413,7 +413,7 @@ class Reader {
   }
 
   std::string read_instrument(std::size_t row) {
-    const std::string name = word(row, "instrument");
+    std::string name = word(row, "instrument");
     if (!name.empty() && context_.instruments.count(name) == 0) {
       std::vector<std::string> names;
       for (const auto& [known, instrument] : context_.instruments)

@@ -8,8 +8,8 @@ namespace kinetostat::calibration {
 
 Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
                common::Progress& progress) {
-  const Noise stated = with_datums_seen(noise_of(campaign, replicate_groups(campaign)), robot,
-                                        campaign, threads, progress);
+  Noise stated = with_datums_seen(noise_of(campaign, replicate_groups(campaign)), robot, campaign,
+                                  threads, progress);
   if (campaign.wrench_covariance.empty()) return stated;
   std::vector<Parameter> parameters = uncertain_parameters(robot);
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);

@@ -54,7 +54,7 @@ class Reader {
     const std::size_t end =
         at_ < text_.size() && text_[at_] == '"' ? text_.find('"', at_ + 1) : std::string::npos;
     if (end == std::string::npos) fail(fmt::format("{} in quotation marks is expected", what));
-    const std::string name = text_.substr(at_ + 1, end - at_ - 1);
+    std::string name = text_.substr(at_ + 1, end - at_ - 1);
     at_ = end + 1;
     return name;
   }

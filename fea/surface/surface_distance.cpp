@@ -52,7 +52,7 @@ class FarthestPoint {
   };
 
   Corner locate(const Vector3& point) {
-    const Corner corner{point, to_.nearest(point)};
+    Corner corner{point, to_.nearest(point)};
     farthest_ = std::max(farthest_, corner.place.distance);
     return corner;
   }

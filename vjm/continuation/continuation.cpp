@@ -86,7 +86,7 @@ std::optional<Station> Continuation::first(const PathState& at) {
 }
 
 std::optional<Station> Continuation::step(const Station& from, double length) {
-  const std::optional<Station> next =
+  std::optional<Station> next =
       correct(from.at, length * from.tangent, from.tangent, length, from.tangent);
   // At a stop the path has a kink, which no step resolves.
   const bool smallest = length <= 1e-6 * equations_.scale().length;

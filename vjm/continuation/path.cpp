@@ -269,7 +269,7 @@ std::optional<Station> Tracer::switched(const PathState& at, const VectorXd& dir
   const double usual = std::min(longest_step(direction), 0.1 * reach());
   for (const double share : {1e-2, 1e-1, 1e-3, 0.3, 1e-4, 1e-5}) {
     const double offset = share * usual;
-    const std::optional<Station> station =
+    std::optional<Station> station =
         continuation_.correct(at, offset * direction, direction, offset, direction);
     if (station && !is_outside(station->at) &&
         equations_.difference(at, station->at).norm() < 5 * offset)

@@ -163,7 +163,7 @@ class Columns {
   }
   std::string word(std::size_t row, const std::string& name, const std::vector<std::string>& words,
                    const std::string& otherwise) const {
-    const std::string value = text(row, name, otherwise);
+    std::string value = text(row, name, otherwise);
     if (std::find(words.begin(), words.end(), value) == words.end())
       table_.fail(row, *find(name), fmt::format("'{}' is not {} or {}", value, words[0], words[1]));
     return value;

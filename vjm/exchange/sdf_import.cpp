@@ -228,7 +228,7 @@ class Reader {
   Vector3 axis_of(const Element& axis, const Pose& at) const {
     const Element* xyz = XmlFile::child(axis, "xyz");
     if (xyz == nullptr) return Vector3::UnitZ();
-    const Vector3 given = xml_.direction(*xyz, nullptr);
+    Vector3 given = xml_.direction(*xyz, nullptr);
     std::string in = xml_.text_or(*xyz, "expressed_in", "");
     const Element* old = XmlFile::child(axis, "use_parent_model_frame");
     if (old != nullptr && inside(axis, "use_parent_model_frame") != "0" &&
