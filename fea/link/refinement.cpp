@@ -183,9 +183,9 @@ Accuracy accuracy_of(const LinkModel& model, int threads) {
   return accuracy;
 }
 
-RefinedModel refine(const Solve& solve, SizeField first, const RefinementOptions& options,
+RefinedModel refine(const Solve& solve, const SizeField& first, const RefinementOptions& options,
                     common::Progress& progress) {
-  return Refinement(solve, options, progress).run(std::move(first));
+  return Refinement(solve, options, progress).run(first);
 }
 
 }  // namespace kinetostat::fea

@@ -66,7 +66,7 @@ Accuracy accuracy_of(const LinkModel& model, int threads);
 /// Refines, at least once, until the accuracy is reached and the two estimates of the error agree.
 /// When a mesh after the first cannot be finished, or the user cancels then, the last good one is
 /// returned, not converged, and says why. Errors with the first mesh are thrown on.
-RefinedModel refine(const Solve& solve, SizeField first, const RefinementOptions& options,
+RefinedModel refine(const Solve& solve, const SizeField& first, const RefinementOptions& options,
                     common::Progress& progress);
 
 }  // namespace kinetostat::fea

@@ -138,7 +138,8 @@ BeamStudy study_beams(const LinkBody& body, const Material& material, const Vect
 }
 
 BeamComparison compare(const BeamModel& model, const spatial::Compliance6& fea) {
-  const Matrix6 b = model.compliance.in(fea.frame()).matrix(), f = fea.matrix();
+  const Matrix6 b = model.compliance.in(fea.frame()).matrix();
+  const Matrix6& f = fea.matrix();
   BeamComparison c{.name = model.name,
                    .errors = Matrix6::Zero(),
                    .significant = Eigen::Matrix<bool, 6, 6>::Constant(false),

@@ -263,7 +263,7 @@ class Balance {
 };
 
 // The chain as an effect sees it that looks at nothing but its joint.
-ChainState joint_state(const Chain& chain, const VectorXd& commands, VectorXd x) {
+ChainState joint_state(const Chain& chain, const VectorXd& commands, const VectorXd& x) {
   static const ChainKinematics none;
   return {.chain = chain,
           .x = x,

@@ -18,7 +18,7 @@ double read_spread(const io::YamlNode& node, const spatial::Dimension& dimension
 
 // "E of steel".
 UncertaintySource source_of(const io::YamlNode& node, SourceKind kind) {
-  const std::string path = node.path();
+  const std::string& path = node.path();
   const std::size_t first = path.find('.'), last = path.rfind('.');
   const std::string part = path.substr(first + 1, path.find('.', first + 1) - first - 1);
   return {.name = path.substr(last + 1) + " of " + part, .place = {}, .kind = kind};

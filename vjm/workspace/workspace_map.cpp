@@ -86,7 +86,7 @@ double weakest_of_block(const Flexibility& flexibility, int first) {
   if (!uncarried.isZero(1e-9)) return 0;
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(
       flexibility.compliance.block<3, 3>(first, first), Eigen::EigenvaluesOnly);
-  const Vector3 values = eigen.eigenvalues();
+  const Vector3& values = eigen.eigenvalues();
   if (values[0] < 0) return 1 / values[0];
   return values[2] == 0 ? infinity : 1 / values[2];
 }
