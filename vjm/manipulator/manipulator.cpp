@@ -9,7 +9,7 @@
 
 namespace kinetostat::vjm {
 
-Manipulator::Manipulator(std::string name, std::vector<Chain> chains)
+Manipulator::Manipulator(std::string name, const std::vector<Chain>& chains)
     : Manipulator(std::move(name), chains, std::vector<Span>(chains.size()), {}) {}
 
 Manipulator::Manipulator(std::string name, std::vector<Chain> chains, std::vector<Span> spans,

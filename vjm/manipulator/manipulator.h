@@ -27,7 +27,7 @@ class Manipulator {
  public:
   /// All chains run from the base to the platform: a serial arm, or a parallel robot. Throws
   /// std::invalid_argument without chains, or with two of the same name.
-  Manipulator(std::string name, std::vector<Chain> chains);
+  Manipulator(std::string name, const std::vector<Chain>& chains);
   /// Chains between any bodies; `inner_bodies` names bodies 1, 2, ... Throws std::invalid_argument
   /// also when a span is out of range or a body hangs on no chain.
   Manipulator(std::string name, std::vector<Chain> chains, std::vector<Span> spans,

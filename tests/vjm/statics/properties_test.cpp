@@ -88,7 +88,7 @@ Example example(unsigned seed, bool parallel, const Pose& base = {}, const Units
     chain.offset(units.pose(kinematics.end.inverse()));
     chains.push_back(chain.build());
   }
-  Manipulator manipulator("example", std::move(chains));
+  Manipulator manipulator("example", chains);
   PostureResult result = posture_at(manipulator, base);
   EXPECT_TRUE(result.reached) << result.reason;
   return {std::move(manipulator), std::move(result.posture)};
