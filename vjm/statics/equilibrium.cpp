@@ -126,7 +126,10 @@ FoundState follow_through_gaps(const EquilibriumSystem& exact, const Task& task,
     if (first.status != EquilibriumStatus::converged) return found;
     state = std::move(first.state);
   }
-  for (double share = 0.1; share > 1e-10; share /= 10) {
+  constexpr int softenings = 10;
+  double share = 1;
+  for (int softening = 0; softening < softenings; ++softening) {
+    share /= 10;
     NewtonResult result = newton(exact, state, task.load, {options, task.pose_given});
     if (result.converged)
       return {.status = EquilibriumStatus::converged,
