@@ -224,7 +224,7 @@ std::string lost_comment(const std::vector<std::string>& lost, const std::string
     if (!end.empty())
       for (std::size_t at = 0; (at = what.find("--", at)) != std::string::npos; ++at)
         what.insert(at + 1, 1, ' ');
-    text += start + "not in this file: " + what + end + "\n";
+    text += fmt::format("{}not in this file: {}{}\n", start, what, end);
   }
   return text;
 }
