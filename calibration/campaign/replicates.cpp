@@ -177,11 +177,11 @@ double chance_of_no_trend(const Campaign& campaign, const std::vector<ReplicateG
       const ReplicateGroup group = in_order_of(key, campaign, unordered);
       const double unit = mean_sigma_square(campaign, group);
       const double pairs = sum_over_pairs(campaign, group) / unit;
-      const auto number = static_cast<double>(group.readings.size() / 2);
+      const std::size_t number = group.readings.size() / 2;
       near += pairs;
-      near_freedom += number;
+      near_freedom += static_cast<double>(number);
       far += sum_about_mean(campaign, group) / unit - pairs;
-      far_freedom += static_cast<double>(group.readings.size() - 1) - number;
+      far_freedom += static_cast<double>(group.readings.size() - 1 - number);
     }
     if (near > 0 && far > 0 && far_freedom > 0)
       least = std::min(least, chance_of_larger_f((far / far_freedom) / (near / near_freedom),
