@@ -218,7 +218,8 @@ std::vector<ReplicateGroup> without_trends(const Campaign& campaign,
     least = chance;
     trend = key;
   }
-  return trend == nullptr ? groups : in_pairs(campaign, groups, trend);
+  if (trend == nullptr) return groups;
+  return in_pairs(campaign, groups, trend);
 }
 
 // A value that is measured at a state: by the number of the state, of the visit to it within one
