@@ -156,7 +156,8 @@ double lumped_critical_force(const Manipulator& manipulator, const Posture& post
   const BranchEnd end = path.branches.at(0).end;
   const bool came_to_the_end =
       end == BranchEnd::target || end == BranchEnd::range || end == BranchEnd::locked;
-  return came_to_the_end ? infinity : not_a_number;
+  if (came_to_the_end) return infinity;
+  return not_a_number;
 }
 
 // Of the distributed beams, which the first of `finer` has in twice the segments of the one before.
