@@ -30,7 +30,7 @@ void add_scaled(const double* inverse, const Lanes* r_lanes, double scale, doubl
   const auto* r = reinterpret_cast<const Register*>(r_lanes);
   auto* d = reinterpret_cast<Register*>(d_lanes);
   for (std::ptrdiff_t b = 0; b < blocks; ++b, inverse += 9, r += 3, d += 3)
-    for (int i = 0; i < 3; ++i) {
+    for (std::ptrdiff_t i = 0; i < 3; ++i) {
       const Register z =
           inverse[3 * i] * r[0] + inverse[3 * i + 1] * r[1] + inverse[3 * i + 2] * r[2];
       d[i] = keep == 0 ? scale * z : keep * d[i] + scale * z;
