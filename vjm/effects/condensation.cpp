@@ -338,7 +338,7 @@ std::optional<Response> EffectModel::respond(const CondensedState& without, cons
   if (size == 0 && count == 0) return response;
   VectorXd x = without.coordinates[c];
   x[k] = balance.x();
-  const ChainState state = joint_state(chain, commands, std::move(x));
+  const ChainState state = joint_state(chain, commands, x);
   const VectorXd& history = before.histories[e];
   const EffectInput input{effect.values, conditions, history};
   ChainColumns columns(state, effect.values.size() + size);
