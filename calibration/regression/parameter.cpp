@@ -101,6 +101,7 @@ vjm::EffectModel with_values(const vjm::Manipulator& bare, std::vector<vjm::Effe
 
 std::vector<vjm::ModelParameter> model_parameters(const std::vector<Parameter>& parameters) {
   std::vector<vjm::ModelParameter> result;
+  result.reserve(parameters.size());
   for (const Parameter& parameter : parameters)
     result.push_back({parameter.springs, parameter.effect, parameter.value});
   return result;
