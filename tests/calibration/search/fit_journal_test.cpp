@@ -202,12 +202,11 @@ TEST_F(FitJournalTest, OtherQuestionsHaveOtherKeys) {
     change(changed[0]);
     return fit_key(scope, effects, changed, &base.model, 0);
   };
-  std::vector<std::string> keys = {
-      fit_key(scope, effects, unknowns, &base.model, 0),
-      fit_key(scope, effects, unknowns, &base.model, 1),
-      fit_key(scope, effects, unknowns, nullptr, 0),
-      fit_key(scope, {}, unknowns, &base.model, 0),
-      fit_key("", effects, unknowns, &base.model, 0)};
+  std::vector<std::string> keys = {fit_key(scope, effects, unknowns, &base.model, 0),
+                                   fit_key(scope, effects, unknowns, &base.model, 1),
+                                   fit_key(scope, effects, unknowns, nullptr, 0),
+                                   fit_key(scope, {}, unknowns, &base.model, 0),
+                                   fit_key("", effects, unknowns, &base.model, 0)};
   keys.push_back(key_with([](Parameter& p) { p.start += 1e-9; }));
   keys.push_back(key_with([](Parameter& p) { p.lower /= 2; }));
   keys.push_back(key_with([](Parameter& p) { p.upper /= 2; }));
