@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/campaign/clock_time.h"
 #include "kinetostat/calibration/campaign/readings_columns.h"
 #include "kinetostat/calibration/campaign/readings_file.h"
 #include "kinetostat/calibration/sensors/sensor_guess.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <new>
+#include <utility>
 
 #include <fmt/format.h>
 
