@@ -223,13 +223,13 @@ double Search::explained_by_kinematics(const BaseFit& fit) const {
 
 DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
                            std::vector<BaseFit>& fits) {
+  common::give_back_free_memory();  // what comes next needs most
   DiagnosisStep step;
   for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   progress_.report("detection threshold", 0);
   const std::optional<std::size_t> correlated = correlated_.prevailing(fit);
   if (correlated) step.max_score = correlated_max_score_test(fit, *correlated);
-  common::give_back_free_memory();  // the largest step comes next
   std::optional<Screen> screen(std::in_place, space, signatures_);
   if (!correlated)
     step.max_score =
