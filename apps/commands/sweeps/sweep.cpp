@@ -15,6 +15,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/commands/link_models.h"
 #include "kinetostat/apps/commands/sweeps/sweep_plan.h"
 #include "kinetostat/apps/commands/sweeps/workers.h"
 #include "kinetostat/common/child_process.h"
@@ -227,24 +228,13 @@ SweepTable made_here(Run& run, const SweepRequest& request, const SweepPlan& pla
   return table;
 }
 
-// A file that does not outlive this.
-struct Removed {
-  explicit Removed(fs::path path) : file(std::move(path)) {}
-  Removed(const Removed&) = delete;
-  Removed& operator=(const Removed&) = delete;
-  ~Removed() {
-    std::error_code ignored;
-    fs::remove(file, ignored);
-  }
-  fs::path file;
-};
-
 SweepTable made_by_workers(Run& run, const SweepRequest& request) {
   if (!run.out())
     throw UsageError("--scheduler", "a table from workers is written to a file", "Add -o FILE");
-  const Removed joined{run.out()->string() + ".joined"};
-  run_on_workers(request.scheduler, {"sweep", request.file}, joined.file, run);
-  const io::NumberedTable table = io::read_numbered_table(joined.file);
+  const ScratchFolder folder;
+  const fs::path joined = folder.path() / "joined.csv";
+  run_on_workers(request.scheduler, {"sweep", request.file}, joined, run);
+  const io::NumberedTable table = io::read_numbered_table(joined);
   io::write_atomically(*run.out(), table.text());
   return {table.text(), table.lines.size(),
           static_cast<std::size_t>(

@@ -1,7 +1,6 @@
 #include "kinetostat/apps/commands/sweeps/workers.h"
 
 #include <cstdlib>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -18,17 +17,12 @@ fs::path python() {
   return fs::exists(debian) ? debian : common::find_program("python3");
 }
 
-fs::path this_program() {
-  std::error_code ignored;
-  return fs::read_symlink("/proc/self/exe", ignored);
-}
-
 // The package beside a program that was built, not installed, comes first.
-std::string module_path(const fs::path& program) {
-  const fs::path built = program.parent_path() / "python";
+std::string module_path() {
   const char* const given = std::getenv("PYTHONPATH");
   std::string path = given == nullptr ? "" : given;
-  if (fs::exists(built / "kinetostat")) path = built.string() + (path.empty() ? "" : ":" + path);
+  if (const fs::path built = common::find_helper("python/kinetostat"); !built.empty())
+    path = built.parent_path().string() + (path.empty() ? "" : ":" + path);
   return path;
 }
 
@@ -63,12 +57,11 @@ void run_on_workers(const std::string& scheduler, const std::vector<std::string>
   const fs::path python3 = python();
   if (python3.empty())
     throw UsageError("--scheduler", "there is no python3", "Install python3-distributed");
-  const fs::path program = this_program();
-  common::ChildCall call{
-      .program = "/usr/bin/env",
-      .arguments = {"KINETOSTAT=" + program.string(), "PYTHONPATH=" + module_path(program),
-                    python3.string(), "-m", "kinetostat.cluster", "--out", out.string()},
-      .input = {}};
+  common::ChildCall call{.program = "/usr/bin/env",
+                         .arguments = {"KINETOSTAT=" + common::find_helper("kinetostat").string(),
+                                       "PYTHONPATH=" + module_path(), python3.string(), "-m",
+                                       "kinetostat.cluster", "--out", out.string()},
+                         .input = {}};
   if (scheduler != local_cluster)
     call.arguments.insert(call.arguments.end(), {"--scheduler", scheduler});
   else
