@@ -353,18 +353,16 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
     FitStarts starts = starts_of(c, present, fit, explained, space);
     fits[c] = best_fit(present, fit, starts.promised(), starts.best(), step.ranking[c].not_fitted);
   });
-  finish(present, step, fits);
+  finish(present, fit, step, fits);
 }
 
 // Takes those fits to their ends that may still be what is missing.
-void Search::finish(const std::vector<Candidate>& present, DiagnosisStep& step,
-                    std::vector<BaseFit>& fits) const {
-  double least = std::numeric_limits<double>::infinity(), exponent = 0;
+void Search::finish(const std::vector<Candidate>& present, const BaseFit& without,
+                    DiagnosisStep& step, std::vector<BaseFit>& fits) const {
+  const double exponent = common_exponent(without, fits);
+  double least = std::numeric_limits<double>::infinity();
   for (const BaseFit& fit : fits)
-    if (fit.values > 0) {
-      least = std::min(least, penalised_error(fit));
-      exponent = std::max(exponent, exponent_of(fit));
-    }
+    if (fit.values > 0) least = std::min(least, penalised_error(fit));
   std::vector<std::size_t> open;
   for (std::size_t c = 0; c < fits.size(); ++c)
     if (fits[c].values > 0 && exponent * (penalised_error(fits[c]) - least) < 2 * hopeless)

@@ -76,7 +76,7 @@ class Search {
                      DiagnosisStep& step, std::vector<BaseFit>& fits);
   BaseFit best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
                    const std::vector<Candidate>& starts, std::string& reason) const;
-  void finish(const std::vector<Candidate>& present, DiagnosisStep& step,
+  void finish(const std::vector<Candidate>& present, const BaseFit& without, DiagnosisStep& step,
               std::vector<BaseFit>& fits) const;
   void shared_out(std::string_view phase, std::size_t count,
                   const std::function<void(std::size_t)>& work) const;
