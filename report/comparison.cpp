@@ -625,6 +625,7 @@ std::vector<std::string> findings(const Campaign& campaign, const Comparison& co
   std::stable_sort(all.begin(), all.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   std::vector<std::string> sentences;
+  sentences.reserve(all.size());
   for (const Finding& finding : all) sentences.push_back(finding.sentence);
   return sentences;
 }

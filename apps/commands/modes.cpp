@@ -141,6 +141,7 @@ void refuse_options_of_links(const ModesRequest& request) {
 std::vector<double> frequencies_of(const std::string& text, const vjm::NaturalModes& found) {
   const std::vector<std::string> parts = split(text, ':');
   std::vector<double> values;
+  values.reserve(parts.size() + 1);
   for (const std::string& part : parts)
     values.push_back(quantity("--response", part, spatial::dimension::none, {}));
   constexpr double usual = 200, most = 5000;

@@ -156,8 +156,8 @@ int run() {
   Request request;
   if (!decode(read_all(STDIN_FILENO), request) || !is_consistent(request)) return exit_bad_request;
   // Not destroyed: after a failure TetGen's structures are not fit for it, and the process ends.
-  auto* in = new tetgenio;
-  auto* out = new tetgenio;
+  static auto* const in = new tetgenio;
+  static auto* const out = new tetgenio;
   fill(*in, request);
   const VolumeLimits limits(request.sizes);
   if (!request.sizes.empty()) {

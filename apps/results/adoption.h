@@ -24,7 +24,7 @@ struct AdoptRequest {
   vjm::LinkOptions reading = {};  // of the robot file
 };
 
-struct Adopted {
+struct Adopted {     // NOLINT(bugprone-exception-escape): moving a Json throws nothing
   std::string text;  // of the robot file
   report::AdoptionSummary summary;
   io::Json result;  // as `adopt --json` has it

@@ -104,7 +104,7 @@ bool is_plain_name(const std::string& name) {
 }
 
 std::filesystem::path StudioFiles::file(const std::string& name) const {
-  const std::filesystem::path file = folder_ / name;
+  std::filesystem::path file = folder_ / name;
   std::error_code ignored;
   if (!is_plain_name(name) || std::filesystem::is_symlink(file, ignored))
     throw common::InputError("file", "is not the plain name of a file of the folder",
@@ -134,7 +134,7 @@ std::string StudioFiles::write_new(const std::string& name, const std::string& c
   const std::filesystem::path stem = std::filesystem::path(name).stem(),
                               extension = std::filesystem::path(name).extension();
   for (std::size_t k = 1; k <= most_numbers; ++k) {
-    const std::string numbered =
+    std::string numbered =
         k == 1 ? name : fmt::format("{}-{}{}", stem.string(), k, extension.string());
     if (io::write_in_place_of(io::Replace::nothing, folder_ / numbered, content)) return numbered;
     std::error_code ignored;

@@ -42,6 +42,7 @@ std::vector<Index> members_of(const WeakCombination& weak) {
 std::vector<std::string> phrases(const std::vector<UnknownName>& names,
                                  const std::vector<Index>& members) {
   std::vector<std::string> result;
+  result.reserve(members.size());
   for (const Index k : members) result.push_back(at(names, k).phrase);
   return result;
 }
@@ -67,6 +68,7 @@ std::string sentence(const std::vector<UnknownName>& names, const WeakCombinatio
   // Either way along the combination is as good: the first grows.
   const double along = weak.direction[members[0]] < 0 ? -deviation : deviation;
   std::vector<std::string> changes;
+  changes.reserve(members.size());
   for (const Index k : members)
     changes.push_back(fmt::format("{} {}", at(names, k).phrase,
                                   change_text(at(names, k), along * weak.direction[k])));

@@ -137,7 +137,8 @@ struct ErrorSize {
   double largest = 0, rms = 0;
 };
 
-ErrorSize size_of(const std::vector<Compensation>& points, Vector6 Compensation::*error, int half) {
+ErrorSize size_of(const std::vector<Compensation>& points, Vector6 Compensation::*error,
+                  Eigen::Index half) {
   double squares = 0;
   std::size_t count = 0;
   ErrorSize result;
@@ -168,7 +169,7 @@ std::string met_text(const Compensation& point) {
 }
 
 // The largest of a half of what is left, by what is not known of the robot.
-double largest_uncertainty(const CompensatedPath& result, int half) {
+double largest_uncertainty(const CompensatedPath& result, Eigen::Index half) {
   double largest = 0;
   for (std::size_t i = 0; i < result.points.size(); ++i)
     if (has_converged(result.points[i]))
@@ -238,7 +239,7 @@ std::string text(const CompensatedPath& result) {
   if (first == points.end()) return out + "\n";
   out += fmt::format(" in {}\n\n", met_text(*first));
   Table table({"error of the platform", "unit", "largest", "rms", "largest left", "rms left"});
-  const auto add = [&](const std::string& name, const std::string& unit, int half) {
+  const auto add = [&](const std::string& name, const std::string& unit, Eigen::Index half) {
     const double factor = spatial::parse_unit(unit).factor;
     const ErrorSize before = size_of(points, &Compensation::error, half);
     const ErrorSize after = size_of(points, &Compensation::residual, half);

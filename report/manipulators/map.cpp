@@ -38,6 +38,7 @@ std::string with_unit(const std::string& name, const std::string& unit) {
 
 std::string header(const Map& map) {
   std::vector<std::string> headings;
+  headings.reserve(vjm::pose_columns.size() + 1 + map.indices.size());
   for (const std::string name : vjm::pose_columns)
     headings.push_back(io::csv_cell(
         with_unit(name, name.size() == 1 ? map.robot.units.length : map.robot.units.angle)));

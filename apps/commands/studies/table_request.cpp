@@ -169,7 +169,7 @@ std::filesystem::path keep_drafted_campaign(const TableRequest& request,
                                             const vjm::Robot& robot,
                                             const std::filesystem::path& folder, const Run& run) {
   require_usable(overview);
-  const std::filesystem::path file = folder / drafted_campaign_name;
+  std::filesystem::path file = folder / drafted_campaign_name;
   say_what_is_not_used(overview, file, run);
   const std::string draft = drafted_campaign(request, overview, &robot, file);
   if (!is_replaceable(file, draft)) {
