@@ -74,8 +74,7 @@ void ChainResiduals::add_force_by_log_stiffness(const Spring& spring, bool of_dr
                                                 VectorXd& force) const {
   const Chain& chain = equations_->chain();
   const Index n = spring.stiffness.rows();
-  // A compliance c in series does not scale: dK/dlog k0 = K (1 - K c) with 1/K = 1/k0 + c.
-  const double share = spring.series > 0 ? 1 - spring.stiffness(0, 0) * spring.series : 1;
+  const double share = spring.share_that_scales();
   force.segment(spring.first, n).noalias() -=
       share * spring.stiffness * deflection_.segment(spring.first, n);
   for (const auto& [coordinate, law] : chain.laws())

@@ -46,6 +46,9 @@ struct Spring {
   Eigen::Index first = 0;  // first coordinate; the others follow
   Matrix stiffness;        // symmetric positive definite
   double series = 0;       // of a single coordinate: compliance in series that scaling leaves alone
+
+  /// dK/dlog k0 over K: 1 - K c, where a compliance c in series does not scale (1/K = 1/k0 + c).
+  double share_that_scales() const { return series > 0 ? 1 - stiffness(0, 0) * series : 1; }
 };
 
 }  // namespace kinetostat::vjm

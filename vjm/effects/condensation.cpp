@@ -278,11 +278,28 @@ ChainState joint_state(const Chain& chain, const VectorXd& commands, const Vecto
 // Forces on the joint by one parameter, directly and through the history: all, and those of the
 // drive.
 struct ForceBy {
-  double all, drive;
+  double all = 0, drive = 0;
 
-  ForceBy(const ChainColumns& columns, Index joint, Index value, const MatrixXd& history,
-          Index parameter)
-      : all(columns.force()(joint, value)), drive(columns.drive()(joint, value)) {
+  // By a value of the effect.
+  ForceBy(const ChainColumns& columns, Index joint, Index value)
+      : all(columns.force()(joint, value)), drive(columns.drive()(joint, value)) {}
+  // By the logarithm of the stiffness of the joint's own spring.
+  ForceBy(const ChainState& state, const Spring& spring) {
+    const Index k = spring.first;
+    const double stiffness = state.chain.stiffness()(k, k);
+    all = drive = -spring.share_that_scales() * stiffness * state.deflection[k];
+    for (const auto& [coordinate, law] : state.chain.laws()) {
+      if (coordinate != k) continue;
+      const double by_law =
+          spring.share_that_scales() * stiffness *
+          law->at({state.x[k], state.deflection[k], stiffness, state.travel[k]}).force_by_stiffness;
+      all -= by_law;
+      if (!law->is_beside_drive()) drive -= by_law;
+    }
+  }
+
+  void add_history(const ChainColumns& columns, Index joint, const MatrixXd& history,
+                   Index parameter) {
     const Index first = columns.force().cols() - history.rows();
     for (Index h = 0; h < history.rows(); ++h) {
       all += columns.force()(joint, first + h) * history(h, parameter);
@@ -307,9 +324,21 @@ bool EffectModel::is_law_of_joint(const std::vector<ModelParameter>& parameters)
   if (!effect.kind->acts_on_joint_alone || effect.sites.size() != 1) return false;
   return std::all_of(effects_.begin(), effects_.end() - 1,
                      [](const Effect& other) { return other.kind->history == 0; }) &&
-         std::all_of(parameters.begin(), parameters.end(), [last](const ModelParameter& p) {
-           return p.springs.empty() && p.effect == last;
+         std::all_of(parameters.begin(), parameters.end(), [&](const ModelParameter& p) {
+           return p.springs.empty() ? p.effect == last : own_spring(p) != nullptr;
          });
+}
+
+// The spring of the joint in which the last effect acts, where the parameter scales that alone.
+const Spring* EffectModel::own_spring(const ModelParameter& parameter) const {
+  const auto& [c, element] = effects_.back().sites[0];
+  if (parameter.springs.size() != 1 || parameter.springs[0].chain != c) return nullptr;
+  const Chain& chain = fixed_.chains()[c];
+  const Index k = chain.index_of(element);
+  for (const Spring& spring : chain.springs())
+    if (spring.name == parameter.springs[0].spring)
+      return spring.first == k && spring.stiffness.rows() == 1 ? &spring : nullptr;
+  return nullptr;
 }
 
 std::optional<Response> EffectModel::respond(const CondensedState& without, const Load& stated,
@@ -349,14 +378,19 @@ std::optional<Response> EffectModel::respond(const CondensedState& without, cons
   const Vector6 by_x = motion_by_x(balance.sample());
   const MatrixXd& carried = before.history_derivatives[e];
   for (Index p = 0; p < count; ++p) {
-    const Index value = parameters[static_cast<std::size_t>(p)].value;
-    const ForceBy force(columns, k, value, carried, p);
+    const ModelParameter& parameter = parameters[static_cast<std::size_t>(p)];
+    const Spring* spring = own_spring(parameter);
+    ForceBy force =
+        spring != nullptr ? ForceBy(state, *spring) : ForceBy(columns, k, parameter.value);
+    force.add_history(columns, k, carried, p);
     const double moved = force.all * balance.x_by_force();
     response.derivatives.col(p) = moved * by_x;
     if (!step) continue;
-    response.history_derivatives[e].col(p) =
-        step->by_coordinates.col(k) * moved + step->by_input.rightCols(size) * carried.col(p) +
-        step->by_input.col(value) - force.drive * step->by_drive_force;
+    response.history_derivatives[e].col(p) = step->by_coordinates.col(k) * moved +
+                                             step->by_input.rightCols(size) * carried.col(p) -
+                                             force.drive * step->by_drive_force;
+    if (spring == nullptr)
+      response.history_derivatives[e].col(p) += step->by_input.col(parameter.value);
   }
   return response;
 }

@@ -72,8 +72,8 @@ class EffectModel {
   /// respond() from the same equilibrium of the model without its last effect, in much less time:
   /// equal to 1e-12 of the manipulator's length. Without `state`, which is not found. nullopt
   /// unless the effect acts on one joint alone (EffectKind::acts_on_joint_alone), which is
-  /// condensed, stays held and where that is known; derivatives are by values of this effect alone,
-  /// and no other has a history.
+  /// condensed, stays held and where that is known; derivatives are by values of this effect and by
+  /// the stiffness of its joint alone, and no other effect has a history.
   std::optional<Response> respond(const CondensedState& without, const Load& load,
                                   const Conditions& conditions, const Response& before,
                                   const std::vector<ModelParameter>& parameters) const;
@@ -88,6 +88,7 @@ class EffectModel {
                                     const Histories& histories) const;
   Histories of_varying(const Histories& histories) const;
   bool is_law_of_joint(const std::vector<ModelParameter>& parameters) const;
+  const Spring* own_spring(const ModelParameter& parameter) const;
   void find_change(const Linear& linear, const Case& at, const Response& before,
                    const ModelParameter& parameter, Eigen::Index column,
                    EquationChange& change) const;

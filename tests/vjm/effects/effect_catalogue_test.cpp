@@ -296,7 +296,11 @@ int expect_same_condensed(const Bench& bench, std::vector<Effect> effects, const
   for (Eigen::Index v = 0; v < effect.values.size(); ++v)
     parameters.push_back({{}, effects.size() - 1, v});
   const EffectSite& site = effect.sites[0];
-  const JointPlace joint{site.chain, bench.manipulator.chains()[site.chain].index_of(site.element)};
+  const Chain& chain = bench.manipulator.chains()[site.chain];
+  const JointPlace joint{site.chain, chain.index_of(site.element)};
+  for (const Spring& spring : chain.springs())
+    if (spring.first == joint.coordinate && spring.stiffness.rows() == 1)
+      parameters.push_back({{{site.chain, spring.name}}, 0, 0});
   Random random(13);
   int condensed = 0;
   for (int number = 0; number < paths; ++number) {
@@ -316,7 +320,7 @@ int expect_same_condensed(const Bench& bench, std::vector<Effect> effects, const
       for (Eigen::Index p = 0; p < full.derivatives.cols(); ++p)
         EXPECT_LE((full.derivatives.col(p) - quick->derivatives.col(p)).norm(),
                   1e-6 * full.derivatives.col(p).norm())
-            << where << ", " << effect.name_of(p);
+            << where << ", parameter " << p;
       const auto last = effects.size() - 1;
       EXPECT_LE((full.histories[last] - quick->histories[last]).norm(),
                 1e-8 * full.histories[last].norm())
