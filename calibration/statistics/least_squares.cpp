@@ -30,6 +30,9 @@ constexpr double careful_damping = 1e3;
 constexpr double on_bound = 1e-9;
 // After a step in vain the next one is shorter by this, at most.
 constexpr double shorter = 0.5;
+// A longest step that was kept in full, with most of what it promised, is so much longer from then
+// on.
+constexpr double longer = 3, well_kept = 0.75;
 // In a row that may promise too little to go on for.
 constexpr int few_steps = 4;
 // Beyond this damping a step is too short to change the unknowns in double precision.
@@ -234,6 +237,7 @@ class Solver {
         damping *= std::max(1.0 / 3, 1 - std::pow(2 * ratio - 1, 3));
         growth = 2;
         too_long = infinity;
+        if (ratio > well_kept) lengthen(step);
         accept(candidate, std::move(*next));
       } else {
         if (damping > largest_damping) return LeastSquaresStatus::stalled;
@@ -242,6 +246,12 @@ class Solver {
       }
     }
     return LeastSquaresStatus::max_iterations;
+  }
+
+  // What would go farther: a guess of how far the linear model holds must not cost many steps.
+  void lengthen(const VectorXd& step) {
+    for (Index k = 0; k < step.size(); ++k)
+      if (std::abs(step[k]) >= longest_[k]) longest_[k] *= longer;
   }
 
   static void raise(double& damping, double& growth) {

@@ -44,7 +44,7 @@ struct LeastSquaresOptions {
   /// Scale of the residuals beside which a change is small; 0: their norm at the start.
   double scale = 0;
   /// Bounds of the unknowns and of one step; empty: none. Infinite entries are allowed. The start
-  /// must lie within the bounds.
+  /// must lie within the bounds. Steps become longer where the linear model holds that far.
   Eigen::VectorXd lower = {}, upper = {}, longest_step = {};
   Loss loss = Loss::squares;
   /// Damping of the first step, relative to the squared column lengths of the Jacobian. Small:

@@ -75,6 +75,19 @@ TEST(LeastSquares, AStepAfterOneInVainIsHalfAsLongAtMost) {
 }
 
 // Steps on x^3 take x to two thirds, and each promises all of the cost x^6.
+// A guess of how far a linear model holds costs the logarithm of the way, not the way.
+TEST(LeastSquares, GoesFartherWhereTheLinearModelHolds) {
+  Random random{std::mt19937(3), {}};
+  const MatrixXd a = random.matrix(12, 2);
+  const VectorXd solution = (VectorXd(2) << 1000, -0.5).finished();
+  LeastSquaresOptions options;
+  options.longest_step = VectorXd::Ones(2);
+  const LeastSquaresResult result = minimise(linear(a, a * solution), VectorXd::Zero(2), options);
+  EXPECT_EQ(result.status, LeastSquaresStatus::converged);
+  EXPECT_LT((result.x - solution).norm(), 1e-9 * solution.norm());
+  EXPECT_LT(result.iterations, 16);  // 1 + 3 + 9 + ... > 1000 after seven
+}
+
 TEST(LeastSquares, EndsWhereFiveStepsInARowPromiseTooLittle) {
   const ResidualFunction cube = [](const VectorXd& x) {
     return Linearisation{VectorXd::Constant(1, std::pow(x[0], 3)),
