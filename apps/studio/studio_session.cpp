@@ -212,15 +212,16 @@ std::vector<std::string> StudioSession::names_in(const Json& request) const {
 std::vector<Candidate> StudioSession::starts_of(const Model& before, const Candidate& added,
                                                 std::size_t most,
                                                 common::Progress& progress) const {
+  const calibration::FittedModel beside = fitter_->beside(before.effects, before.fit, {added});
   const calibration::CandidateSignatures signatures =
-      fitter_->signatures_of(added, before.effects, before.fit, progress);
+      fitter_->signatures_of(added, beside, progress);
   const calibration::ResidualSpace space(-before.fit.at.residual, before.fit.at.jacobian);
   const calibration::Screen screen(space, signatures.all);
   calibration::FitStarts starts(added, space, fitter_->bare());
   for (std::size_t i = 0; i < signatures.all.size(); ++i)
     starts.add(signatures.starts[i], signatures.all[i],
                screen.score(i, space.residual()).explained);
-  starts.add_other_phases(*fitter_, before.effects, before.fit, progress);
+  starts.add_other_phases(*fitter_, beside, progress);
   std::vector<Candidate> best = starts.best(most);
   if (best.size() < most) best.push_back(added);
   return best;

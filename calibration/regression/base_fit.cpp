@@ -197,6 +197,17 @@ class Problem {
     few_states_ = campaign_.readings.size() >= long_table;
   }
   Predictions take_nearest() { return std::move(nearest_); }
+  /// Zero offsets, frames and targets as a fit has them.
+  void place_as(const BaseFit& fit, VectorXd& q) const {
+    for (std::size_t z = 0; z < fit.zeros.size(); ++z) q[unknowns_.zero_at(z)] = fit.zeros[z].value;
+    for (std::size_t f = 0; f < fit.frames.size(); ++f)
+      q.segment(unknowns_.frame_at(f), unknowns_.frame_components()) =
+          fit.frames[f].value.tail(unknowns_.frame_components());
+    for (std::size_t t = 0; t < fit.targets.size(); ++t) {
+      const Index coordinates = unknowns_.targets()[t].coordinates;
+      q.segment(unknowns_.target_at(t), coordinates) = fit.targets[t].value.head(coordinates);
+    }
+  }
 
   std::optional<Linearisation> at(const VectorXd& q) { return at(q, unknowns_.parameter_count()); }
 
@@ -232,6 +243,7 @@ class Problem {
     shared_.whiten(result.residual.head(values()));
     if (differentiated > 0 || unknowns_.size() > unknowns_.parameter_count())
       shared_.whiten(result.jacobian.topRows(values()));
+    if (without_ != nullptr) return result;  // condensed ones have no states to be near to
     predictions.displacement.clear();
     predictions.work.clear();
     nearest_ = std::move(predictions);
@@ -783,6 +795,93 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
   return fitted(problem, noise, options);
 }
 
+namespace {
+
+// The problem of fit_condensed(): the exact parameters are the last, and `order` says of which
+// parameter each is.
+class RoughProblem {
+ public:
+  RoughProblem(Problem& problem, const BaseFit& fit, const std::vector<std::size_t>& order,
+               Index exact)
+      : problem_(problem),
+        parameters_(problem.unknowns().parameters()),
+        rough_(std::ssize(parameters_) - exact),
+        start_(problem.start()),
+        by_rough_(problem.values(), rough_) {
+    problem.place_as(fit, start_);
+    for (Index k = 0; k < rough_; ++k)
+      by_rough_.col(k) =
+          fit.at.jacobian.col(static_cast<Index>(order[static_cast<std::size_t>(k)]));
+  }
+
+  const VectorXd& start() const { return start_; }
+
+  std::optional<Linearisation> at(const VectorXd& q) const {
+    const Index n = problem_.values(), all = std::ssize(parameters_);
+    VectorXd there = start_;
+    there.segment(rough_, all - rough_) = q.segment(rough_, all - rough_);
+    auto result = problem_.at(there, all - rough_);
+    if (!result) return std::nullopt;
+    const VectorXd change = q - there;
+    result->residual += result->jacobian * change;  // priors, zero offsets, frames, targets
+    for (Index k = 0; k < rough_; ++k) {
+      const bool is_stiffness = parameters_[static_cast<std::size_t>(k)].is_logarithm();
+      const double moved = is_stiffness ? -std::expm1(-change[k]) : change[k];
+      const double slope = is_stiffness ? std::exp(-change[k]) : 1;
+      result->residual.head(n) += moved * by_rough_.col(k);
+      result->jacobian.col(k).head(n) = slope * by_rough_.col(k);
+    }
+    return result;
+  }
+
+ private:
+  Problem& problem_;
+  const std::vector<Parameter>& parameters_;
+  Index rough_;  // so many are not exact
+  VectorXd start_;
+  MatrixXd by_rough_;
+};
+
+// Of parameters of which the first `fitted` are those of a fit; what is exact comes last.
+std::vector<std::size_t> rough_before_exact(std::size_t count, std::size_t fitted,
+                                            std::optional<std::size_t> own) {
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < fitted; ++k)
+    if (k != own) order.push_back(k);
+  if (own) order.push_back(*own);
+  for (std::size_t k = fitted; k < count; ++k) order.push_back(k);
+  return order;
+}
+
+}  // namespace
+
+std::optional<CondensedFit> fit_condensed(const Predictor& predictor, const Campaign& campaign,
+                                          const Noise& noise,
+                                          const std::vector<Parameter>& parameters,
+                                          std::optional<std::size_t> own, const BaseFit& fitted,
+                                          const CondensedModel& condensed,
+                                          common::Progress& progress) {
+  constexpr double visible = 0.3;  // of the change of all readings together, over their noise
+  const std::vector<std::size_t> order =
+      rough_before_exact(parameters.size(), fitted.parameters.size(), own);
+  std::vector<Parameter> ordered;
+  for (const std::size_t k : order) ordered.push_back(parameters[k]);
+  Problem problem(predictor, campaign, noise, ordered, nullptr, progress);
+  problem.begin_near(fitted.model, &condensed);
+  const auto exact =
+      std::ssize(parameters) - std::ssize(fitted.parameters) + static_cast<Index>(own.has_value());
+  const RoughProblem rough(problem, fitted, order, exact);
+  const LeastSquaresOptions options =
+      options_for(problem, {.max_iterations = 60, .tolerance = visible / problem.scale()});
+  const LeastSquaresResult found =
+      minimise([&](const VectorXd& q) { return rough.at(q); }, rough.start(), options);
+  if (found.status == LeastSquaresStatus::no_start) return std::nullopt;
+  CondensedFit result{VectorXd(std::ssize(parameters)), found.cost};
+  for (std::size_t k = 0; k < order.size(); ++k)
+    result.values[static_cast<Index>(order[k])] = found.x[static_cast<Index>(k)];
+  return result;
+}
+
 BaseFit predict_others(const Predictor& predictor, const Campaign& others, const Noise& noise,
                        const BaseFit& fit, common::Progress& progress) {
   const std::vector<Parameter> parameters = held_parameters(fit);
@@ -801,14 +900,7 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
   const Unknowns& unknowns = problem.unknowns();
   VectorXd q(unknowns.size());
   q.head(values.size()) = values;
-  for (std::size_t z = 0; z < fit.zeros.size(); ++z) q[unknowns.zero_at(z)] = fit.zeros[z].value;
-  for (std::size_t f = 0; f < fit.frames.size(); ++f)
-    q.segment(unknowns.frame_at(f), unknowns.frame_components()) =
-        fit.frames[f].value.tail(unknowns.frame_components());
-  for (std::size_t t = 0; t < fit.targets.size(); ++t) {
-    const Index coordinates = unknowns.targets()[t].coordinates;
-    q.segment(unknowns.target_at(t), coordinates) = fit.targets[t].value.head(coordinates);
-  }
+  problem.place_as(fit, q);
   std::optional<Linearisation> result = problem.at(q, differentiated);
   if (!result) return std::nullopt;
   return Linearisation{result->residual.head(problem.values()),

@@ -124,6 +124,24 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
                  const std::vector<Parameter>& parameters, common::Progress& progress,
                  const BaseFitOptions& options = {});
 
+/// Where a fit would end.
+struct CondensedFit {
+  Eigen::VectorXd values;  // of its parameters
+  double cost = 0;  // squared error and penalties of priors, of which a fit says more exactly
+};
+
+/// Where fit_base() would end, in a small share of its time, with a model that has one effect more
+/// than a fitted one: a law in one joint, which is exact (`condensed` is the fitted model), as is
+/// the stiffness of that joint. What the other parameters change counts as it did in the fit, that
+/// of a stiffness k in proportion to 1/k. The first `parameters` are those of the fit; `own` is the
+/// stiffness of the joint, where it is among them. nullopt where no start has equilibria.
+std::optional<CondensedFit> fit_condensed(const Predictor& predictor, const Campaign& campaign,
+                                          const Noise& noise,
+                                          const std::vector<Parameter>& parameters,
+                                          std::optional<std::size_t> own, const BaseFit& fitted,
+                                          const CondensedModel& condensed,
+                                          common::Progress& progress);
+
 /// Nothing where a fit finds no equilibrium for some reading, or cannot determine its parameters.
 template <class Fit>
 std::optional<BaseFit> if_possible(const Fit& fit) {

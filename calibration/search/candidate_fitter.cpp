@@ -165,8 +165,9 @@ std::vector<Parameter> CandidateFitter::own_parameters(const std::vector<Candida
 
 BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit* start,
                              common::Progress& progress) const {
-  if (start != nullptr) return fit_near(added, *start, {}, threads_, progress);
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  if (start != nullptr)
+    return fitted(effects, unknowns_near(effects, added, *start), start, {}, threads_, progress);
   // A missing effect may look like an infinite stiffness; so does a sign error.
   return fit_near_design(
       parameters(effects, added),
@@ -177,9 +178,48 @@ BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit*
 }
 
 BaseFit CandidateFitter::fit_on_one_thread(const std::vector<Candidate>& added,
-                                           const BaseFit& start, double least_gain,
-                                           common::Progress& progress) const {
-  return fit_near(added, start, {.least_gain = least_gain}, 1, progress);
+                                           const BaseFit& start,
+                                           const std::optional<CondensedFit>& rough,
+                                           double least_gain, common::Progress& progress) const {
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  std::vector<Parameter> unknowns = unknowns_near(effects, added, start);
+  for (std::size_t k = 0; rough && k < unknowns.size(); ++k)
+    unknowns[k].start = rough->values[static_cast<Index>(k)];
+  return fitted(effects, unknowns, &start, {.least_gain = least_gain}, 1, progress);
+}
+
+std::optional<std::size_t> CandidateFitter::own_stiffness(const Candidate& candidate) const {
+  const auto& [c, element] = candidate.effect.sites[0];
+  const vjm::Chain& chain = robot_.without_effects().chains()[c];
+  for (const vjm::Spring& spring : chain.springs()) {
+    if (spring.first != chain.index_of(element) || spring.stiffness.rows() > 1) continue;
+    const std::vector<vjm::SpringParameter> own = {{c, spring.name}};
+    for (std::size_t k = 0; k < base_.size(); ++k)
+      if (base_[k].springs == own) return k;
+  }
+  return std::nullopt;
+}
+
+std::optional<CondensedFit> CandidateFitter::fit_condensed(const std::vector<Candidate>& added,
+                                                           const FittedModel& beside,
+                                                           common::Progress& progress) const {
+  const Candidate& candidate = added.back();
+  if (!candidate.effect.kind->acts_on_joint_alone || candidate.effect.sites.size() != 1)
+    return std::nullopt;
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  const std::vector<Parameter> unknowns = unknowns_near(effects, added, beside.fit());
+  const auto compute = [&] {
+    return calibration::fit_condensed(predictor_.with_effects(effects, 1), campaign_, noise_,
+                                      unknowns, own_stiffness(candidate), beside.fit(),
+                                      *condensed(candidate, beside, progress), progress);
+  };
+  if (journal_ == nullptr) return compute();
+  const std::string key = condensed_key(scope_, effects, unknowns, beside.key());
+  if (const auto record = recorded(key))
+    if (const auto rough = recorded_condensed_fit(*record, unknowns)) return *rough;
+  const std::optional<CondensedFit> rough = compute();
+  keep(key, record_of(rough));
+  return rough;
 }
 
 BaseFit CandidateFitter::finished(const std::vector<Candidate>& added, const BaseFit& fit,
@@ -188,13 +228,6 @@ BaseFit CandidateFitter::finished(const std::vector<Candidate>& added, const Bas
   std::vector<Parameter> unknowns = parameters(effects, added);
   begin_at(fit, unknowns.size(), unknowns);
   return fitted(effects, unknowns, &fit, {}, 1, progress);
-}
-
-BaseFit CandidateFitter::fit_near(const std::vector<Candidate>& added, const BaseFit& start,
-                                  const FitEffort& effort, int threads,
-                                  common::Progress& progress) const {
-  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
-  return fitted(effects, unknowns_near(effects, added, start), &start, effort, threads, progress);
 }
 
 BaseFit CandidateFitter::fit_roughly(const std::vector<Candidate>& added, const BaseFit& start,

@@ -60,9 +60,15 @@ class CandidateFitter {
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
               common::Progress& progress) const;
   /// The same on one thread, for fits that are shared out among threads, as long as it gains so
-  /// much (BaseFitOptions::least_gain).
+  /// much (BaseFitOptions::least_gain); from where it ended roughly, where that is known.
   BaseFit fit_on_one_thread(const std::vector<Candidate>& added, const BaseFit& start,
-                            double least_gain, common::Progress& progress) const;
+                            const std::optional<CondensedFit>& rough, double least_gain,
+                            common::Progress& progress) const;
+  /// Where the fit of the last of the added ones would end beside a fitted model with the others:
+  /// fit_condensed(), where it is a law in one joint.
+  std::optional<CondensedFit> fit_condensed(const std::vector<Candidate>& added,
+                                            const FittedModel& beside,
+                                            common::Progress& progress) const;
   /// Goes on from such a fit until it has settled.
   BaseFit finished(const std::vector<Candidate>& added, const BaseFit& fit,
                    common::Progress& progress) const;
@@ -129,8 +135,6 @@ class CandidateFitter {
   std::vector<FreeFormWays::Drive> drives(const BaseFit& fit, common::Progress& progress) const;
   std::vector<Parameter> parameters(const std::vector<vjm::Effect>& effects,
                                     const std::vector<Candidate>& added) const;
-  BaseFit fit_near(const std::vector<Candidate>& added, const BaseFit& start,
-                   const FitEffort& effort, int threads, common::Progress& progress) const;
   std::vector<Parameter> unknowns_near(const std::vector<vjm::Effect>& effects,
                                        const std::vector<Candidate>& added,
                                        const BaseFit& start) const;
@@ -140,6 +144,8 @@ class CandidateFitter {
   BaseFit computed(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                    const BaseFit* near, const FitEffort& effort, int threads,
                    common::Progress& progress) const;
+  // Which of the parameters that are fitted anyway is the stiffness of the candidate's joint.
+  std::optional<std::size_t> own_stiffness(const Candidate& candidate) const;
   // Of the journal, or nothing; and to it. One thread at a time.
   std::optional<std::string> recorded(const std::string& key) const;
   void keep(const std::string& key, const std::string& record) const;

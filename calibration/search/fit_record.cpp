@@ -119,6 +119,7 @@ class Members {
   void one(TargetEstimate& t) { (*this)(t.sensor, t.value, t.standard_error); }
   void one(Linearisation& l) { (*this)(l.residual, l.jacobian); }
   void one(PredictionFailure& f) { (*this)(f.reading, f.reason); }
+  void one(CondensedFit& r) { (*this)(r.values, r.cost); }
   void one(Signature& s) { (*this)(s.columns, s.growth); }
   void one(ParameterEstimate& e) { (*this)(e.value, e.standard_error, e.hit); }
   void one(Parameter::Prior& p) { (*this)(p.mean, p.deviation, p.group); }
@@ -178,7 +179,7 @@ std::string joined(const List& list, const BytesOf& bytes_of_one) {
   return result;
 }
 
-enum class Outcome { fit, not_identifiable, signatures };
+enum class Outcome { fit, not_identifiable, signatures, condensed };
 
 }  // namespace
 
@@ -197,6 +198,12 @@ std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& ef
                     double least_gain) {
   return io::sha256(bytes_of(Outcome::fit, scope, least_gain) + joined(effects, bytes_of_effect) +
                     bytes_of(unknowns, near != nullptr) + (near == nullptr ? "" : bytes_of(*near)));
+}
+
+std::string condensed_key(const std::string& scope, const std::vector<vjm::Effect>& effects,
+                          const std::vector<Parameter>& unknowns, const std::string& beside) {
+  return io::sha256(bytes_of(Outcome::condensed, scope, beside) + joined(effects, bytes_of_effect) +
+                    bytes_of(unknowns));
 }
 
 std::string signatures_key(const std::string& scope, const Candidate& candidate,
@@ -218,6 +225,19 @@ std::string record_of(const CandidateSignatures& signatures) {
   std::vector<Eigen::VectorXd> starts;
   for (const Candidate& start : signatures.starts) starts.push_back(start.effect.values);
   return bytes_of(Outcome::signatures, signatures.all, starts, signatures.failure);
+}
+
+std::string record_of(const std::optional<CondensedFit>& rough) {
+  return bytes_of(Outcome::condensed, rough);
+}
+
+std::optional<std::optional<CondensedFit>> recorded_condensed_fit(
+    const std::string& record, const std::vector<Parameter>& unknowns) {
+  Outcome outcome = Outcome::fit;
+  std::optional<CondensedFit> rough;
+  if (!read(record, outcome, rough) || outcome != Outcome::condensed) return std::nullopt;
+  if (rough && rough->values.size() != std::ssize(unknowns)) return std::nullopt;
+  return rough;
 }
 
 std::optional<BaseFit> recorded_fit(const std::string& record,

@@ -15,6 +15,9 @@ std::string fit_scope(const Campaign& campaign, const Noise& noise);
 std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& effects,
                     const std::vector<Parameter>& unknowns, const Predictions* near,
                     double least_gain);
+/// `beside`: fitted_key() of the model that has one effect less.
+std::string condensed_key(const std::string& scope, const std::vector<vjm::Effect>& effects,
+                          const std::vector<Parameter>& unknowns, const std::string& beside);
 /// `beside`: fitted_key() of the model that signatures are looked at in.
 std::string signatures_key(const std::string& scope, const Candidate& candidate,
                            const std::string& beside);
@@ -25,11 +28,14 @@ std::string record_of(const BaseFit& fit);
 /// Record of the failure that the readings do not determine the parameters.
 std::string record_of(const common::NotIdentifiable& failure);
 std::string record_of(const CandidateSignatures& signatures);
+std::string record_of(const std::optional<CondensedFit>& rough);
 
 /// Back again; nothing when a record is none of that question. Throws the common::NotIdentifiable
 /// that was recorded.
 std::optional<BaseFit> recorded_fit(const std::string& record,
                                     const std::vector<Parameter>& unknowns);
+std::optional<std::optional<CondensedFit>> recorded_condensed_fit(
+    const std::string& record, const std::vector<Parameter>& unknowns);
 std::optional<CandidateSignatures> recorded_signatures(const std::string& record,
                                                        const Candidate& candidate);
 

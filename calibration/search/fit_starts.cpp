@@ -152,11 +152,10 @@ void FitStarts::add(const Candidate& as_it_is, const Signature& signature, doubl
   looks_.push_back({explained, as_it_is, resized(as_it_is, along / length)});
 }
 
-void FitStarts::add_other_phases(const CandidateFitter& fitter,
-                                 const std::vector<Candidate>& present, const BaseFit& fit,
+void FitStarts::add_other_phases(const CandidateFitter& fitter, const FittedModel& beside,
                                  common::Progress& progress) {
   for (const Candidate& other : turned_) {
-    const CandidateSignatures signatures = fitter.signatures_of(other, present, fit, progress);
+    const CandidateSignatures signatures = fitter.signatures_of(other, beside, progress);
     for (std::size_t s = 0; s < signatures.all.size(); ++s)
       add(signatures.starts[s], signatures.all[s], 0);
   }

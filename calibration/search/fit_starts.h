@@ -25,8 +25,8 @@ class FitStarts {
   /// looked at.
   void add(const Candidate& as_it_is, const Signature& signature, double explained);
   /// The candidate turned by a quarter, a half and three quarters, where it has a phase.
-  void add_other_phases(const CandidateFitter& fitter, const std::vector<Candidate>& present,
-                        const BaseFit& fit, common::Progress& progress);
+  void add_other_phases(const CandidateFitter& fitter, const FittedModel& beside,
+                        common::Progress& progress);
 
   /// How much of the squared residual a fit should explain, to first order: what the best signature
   /// does. What can only grow does not explain its opposite, and how it acts is not farther from

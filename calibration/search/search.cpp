@@ -292,8 +292,8 @@ void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
                 std::max(step.confusion(a, b), screen.confusion(i, j));
 }
 
-FitStarts Search::starts_of(std::size_t candidate, const std::vector<Candidate>& present,
-                            const BaseFit& fit, const std::vector<double>& explained,
+FitStarts Search::starts_of(std::size_t candidate, const FittedModel& beside,
+                            const std::vector<double>& explained,
                             const ResidualSpace& space) const {
   FitStarts starts(candidates_[candidate], space, fitter_.bare());
   for (std::size_t i = 0; i < signatures_.size(); ++i)
@@ -301,7 +301,7 @@ FitStarts Search::starts_of(std::size_t candidate, const std::vector<Candidate>&
       starts.add(candidate_signatures_[candidate].starts[owner_[i].second], signatures_[i],
                  explained[i]);
   common::SilentPart silent(progress_);
-  starts.add_other_phases(fitter_, present, fit, silent);
+  starts.add_other_phases(fitter_, beside, silent);
   return starts;
 }
 
@@ -348,10 +348,13 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
                            const std::vector<double>& explained, const ResidualSpace& space,
                            DiagnosisStep& step, std::vector<BaseFit>& fits) {
   const std::vector<std::size_t> order = most_significant(step);
+  std::vector<Candidate> survivors;
+  for (const std::size_t c : order) survivors.push_back(candidates_[c]);
+  const FittedModel beside = fitter_.beside(present, fit, survivors);
   shared_out("fits", order.size(), [&](std::size_t o) {
     const std::size_t c = order[o];
-    FitStarts starts = starts_of(c, present, fit, explained, space);
-    fits[c] = best_fit(present, fit, starts.promised(), starts.best(), step.ranking[c].not_fitted);
+    FitStarts starts = starts_of(c, beside, explained, space);
+    fits[c] = best_fit(beside, starts.promised(), starts.best(), step.ranking[c].not_fitted);
   });
   finish(present, fit, step, fits);
 }
@@ -384,21 +387,51 @@ void Search::finish(const std::vector<Candidate>& present, const BaseFit& withou
   });
 }
 
+// Starts of one candidate with where their fits end roughly, the best end first, each end once;
+// then those of which that is not known.
+std::vector<Search::Start> Search::with_ends(const FittedModel& beside,
+                                             const std::vector<Candidate>& starts) const {
+  std::vector<Start> all;
+  for (const Candidate& start : starts) {
+    all.push_back({beside.present(), std::nullopt});
+    all.back().added.push_back(start);
+    common::SilentPart silent(progress_);
+    all.back().end = fitter_.fit_condensed(all.back().added, beside, silent);
+  }
+  const auto cost = [](const Start& start) {
+    return start.end ? start.end->cost : std::numeric_limits<double>::infinity();
+  };
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const Start& a, const Start& b) { return cost(a) < cost(b); });
+  constexpr double alike = 1e-3;
+  const auto last = std::unique(all.begin(), all.end(), [&](const Start& a, const Start& b) {
+    return a.end && b.end && b.end->cost - a.end->cost <= alike * a.end->cost;
+  });
+  all.erase(last, all.end());
+  return all;
+}
+
 // The best of the fits from some starts; none, and a reason, where no fit explains what the
 // candidate's signature promised.
-BaseFit Search::best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
+BaseFit Search::best_fit(const FittedModel& beside, double promised,
                          const std::vector<Candidate>& starts, std::string& reason) const {
+  // Ends that are farther from the best than so many times what its rough cost was wrong by.
+  constexpr double times_wrong = 10, and_more = 20;
+  const BaseFit& fit = beside.fit();
   const double slack = std::min(promised / 2, discriminable_from * discriminable_from);
   BaseFit best;
+  double most = std::numeric_limits<double>::infinity();  // rough cost
   std::string failure;
-  for (const Candidate& start : starts) {
-    std::vector<Candidate> added = present;
-    added.push_back(start);
+  for (const Start& start : with_ends(beside, starts)) {
+    if (start.end && start.end->cost > most) continue;
     try {
       common::SilentPart silent(progress_);
-      BaseFit found = fitter_.fit_on_one_thread(added, fit, first_gain, silent);
-      if (best.values == 0 || penalised_error(found) < penalised_error(best))
+      BaseFit found = fitter_.fit_on_one_thread(start.added, fit, start.end, first_gain, silent);
+      if (best.values == 0 || penalised_error(found) < penalised_error(best)) {
         best = std::move(found);
+        const double cost = penalised_error(best);
+        if (start.end) most = cost + times_wrong * std::abs(cost - start.end->cost) + and_more;
+      }
       // What its signature promised; far less is a minimum that is not the lowest.
       if (fit.squared_error - best.squared_error > promised - slack) break;
     } catch (const common::Cancelled&) {

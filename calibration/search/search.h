@@ -74,17 +74,23 @@ class Search {
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const std::vector<double>& explained, const ResidualSpace& space,
                      DiagnosisStep& step, std::vector<BaseFit>& fits);
-  BaseFit best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
-                   const std::vector<Candidate>& starts, std::string& reason) const;
+  // What is present with one candidate more; where its fit ends, where that is known roughly.
+  struct Start {
+    std::vector<Candidate> added;
+    std::optional<CondensedFit> end;
+  };
+  std::vector<Start> with_ends(const FittedModel& beside,
+                               const std::vector<Candidate>& starts) const;
+  BaseFit best_fit(const FittedModel& beside, double promised, const std::vector<Candidate>& starts,
+                   std::string& reason) const;
   void finish(const std::vector<Candidate>& present, const BaseFit& without, DiagnosisStep& step,
               std::vector<BaseFit>& fits) const;
   void shared_out(std::string_view phase, std::size_t count,
                   const std::function<void(std::size_t)>& work) const;
   MaxScoreTest correlated_max_score_test(const BaseFit& fit, std::size_t way) const;
   double longest_signature(std::size_t candidate) const;
-  FitStarts starts_of(std::size_t candidate, const std::vector<Candidate>& present,
-                      const BaseFit& fit, const std::vector<double>& explained,
-                      const ResidualSpace& space) const;
+  FitStarts starts_of(std::size_t candidate, const FittedModel& beside,
+                      const std::vector<double>& explained, const ResidualSpace& space) const;
   void find_confounded(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
 

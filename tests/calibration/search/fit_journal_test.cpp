@@ -171,6 +171,16 @@ TEST_F(FitJournalTest, RecordsHoldEveryBit) {
   EXPECT_EQ(signatures_back->starts[0].name(), added[0].name());
   EXPECT_FALSE(recorded_signatures(record_of(fit), added[0]));
   EXPECT_FALSE(recorded_fit(record_of(signatures), unknowns));
+
+  const CondensedFit rough{values_of(fit), 12.5};
+  const auto rough_back = recorded_condensed_fit(record_of(std::optional(rough)), unknowns);
+  ASSERT_TRUE(rough_back && *rough_back);
+  EXPECT_EQ((*rough_back)->values, rough.values);
+  EXPECT_EQ((*rough_back)->cost, rough.cost);
+  const auto none = recorded_condensed_fit(record_of(std::optional<CondensedFit>()), unknowns);
+  EXPECT_TRUE(none && !*none);
+  EXPECT_FALSE(recorded_condensed_fit(record_of(std::optional(rough)), {})) << "of others";
+  EXPECT_FALSE(recorded_condensed_fit(record_of(fit), unknowns));
 }
 
 TEST_F(FitJournalTest, KnowsWhatReadingsCannotDetermine) {
