@@ -29,6 +29,7 @@ namespace {
 struct ModesRequest {
   PostureRequest robot;  // its file may be a link file
   LoadRequest load;
+  UncertaintyRequest uncertainty;
   bool weight = false;
   std::string vtu, response;
   std::vector<std::string> reduced;
@@ -85,6 +86,8 @@ io::Json modes_of_link(Run& run, const ModesRequest& request) {
   for (const auto& [given, name] : {std::pair{!request.response.empty(), "--response"},
                                     {!request.load.wrench.empty(), "--wrench"},
                                     {!request.load.node_loads.empty(), "--node-load"},
+                                    {request.uncertainty.draws > 0, "--draws"},
+                                    {request.uncertainty.none, "--no-uncertainty"},
                                     {request.weight, "--weight"}})
     if (given)
       throw UsageError(name, "this is about a robot", "Leave it out, or name a robot file");
@@ -103,27 +106,49 @@ io::Json modes_of_link(Run& run, const ModesRequest& request) {
 
 bool is_loaded(const ModesRequest& request) { return request.weight || request.load.given(); }
 
-vjm::NaturalModes modes_in_posture(const ModesRequest& request, const vjm::Robot& robot) {
-  const vjm::Posture posture = request.robot.posture(robot);
+vjm::NaturalModes modes_in_posture(const ModesRequest& request, const vjm::Robot& robot,
+                                   const vjm::Posture& posture) {
   return is_loaded(request)
              ? natural_modes(robot.manipulator, posture, request.load.load(robot), request.modes)
              : natural_modes(robot.manipulator, posture, request.modes);
 }
 
-vjm::SmallMotions motions_in_posture(const ModesRequest& request, const vjm::Robot& robot) {
-  const vjm::Posture posture = request.robot.posture(robot);
+vjm::SmallMotions motions_in_posture(const ModesRequest& request, const vjm::Robot& robot,
+                                     const vjm::Posture& posture) {
   return is_loaded(request) ? small_motions(robot.manipulator, posture, request.load.load(robot))
                             : small_motions(robot.manipulator, posture);
 }
 
 // The largest change of a frequency with finer beams, beside it.
 std::optional<double> lumping_error(const ModesRequest& request, const vjm::NaturalModes& given) {
-  const vjm::NaturalModes finer =
-      modes_in_posture(request, vjm::read_robot(request.robot.robot_file, {.segment_multiple = 2}));
+  const vjm::Robot robot = vjm::read_robot(request.robot.robot_file, {.segment_multiple = 2});
+  const vjm::NaturalModes finer = modes_in_posture(request, robot, request.robot.posture(robot));
   double most = 0;
   for (std::size_t k = 0; k < std::min(given.modes.size(), finer.modes.size()); ++k)
     most = std::max(most, std::abs(given.modes[k].frequency / finer.modes[k].frequency - 1));
   return most;
+}
+
+// Of the frequencies, in their order.
+std::optional<vjm::Uncertainty> uncertainty_of(const ModesRequest& request, const vjm::Robot& robot,
+                                               const vjm::Posture& posture,
+                                               const vjm::NaturalModes& given, Run& run) {
+  if (given.modes.empty()) return std::nullopt;
+  const auto frequencies = [&](const vjm::Robot& other) -> std::optional<Eigen::VectorXd> {
+    const auto own = request.robot.posture_like(posture, robot, other);
+    if (!own) return std::nullopt;
+    try {
+      const vjm::NaturalModes found = modes_in_posture(request, other, *own);
+      if (found.modes.size() != given.modes.size()) return std::nullopt;
+      Eigen::VectorXd numbers(std::ssize(found.modes));
+      for (std::size_t k = 0; k < found.modes.size(); ++k)
+        numbers[static_cast<Eigen::Index>(k)] = found.modes[k].frequency;
+      return numbers;
+    } catch (const common::NoConvergence&) {
+      return std::nullopt;
+    }
+  };
+  return request.uncertainty.of(robot, frequencies, run);
 }
 
 // Options that are about links alone.
@@ -162,10 +187,11 @@ vjm::Damping damping_of(const ModesRequest& request) {
                    "Add --damping 0.02, the damping ratio of every mode, or --loss-factor 0.04");
 }
 
-void add_response(const ModesRequest& request, const vjm::Robot& robot, report::RobotModes& modes) {
+void add_response(const ModesRequest& request, const vjm::Robot& robot, const vjm::Posture& posture,
+                  report::RobotModes& modes) {
   if (request.response.empty()) return;
   modes.damping = damping_of(request);
-  modes.response = frequency_response(motions_in_posture(request, robot), modes.damping,
+  modes.response = frequency_response(motions_in_posture(request, robot, posture), modes.damping,
                                       frequencies_of(request.response, modes.found));
 }
 
@@ -173,14 +199,15 @@ io::Json modes_of_robot(Run& run, const ModesRequest& request) {
   refuse_options_of_links(request);
   const vjm::Robot robot = request.robot.read();
   const vjm::Posture posture = request.robot.posture(robot);
-  report::RobotModes modes{.found = modes_in_posture(request, robot),
+  report::RobotModes modes{.found = modes_in_posture(request, robot, posture),
                            .is_loaded = is_loaded(request)};
   if (!(modes.found.mass > 0))
     throw common::InputError(robot.file, "nothing in this robot has a mass",
                              "Write 'mass: {mass: 12 kg, center: [0, 0, 100]}' in a link, or a "
                              "'mass' between the elements of a chain");
   if (robot.has_beams) modes.lumping_error = lumping_error(request, modes.found);
-  add_response(request, robot, modes);
+  add_response(request, robot, posture, modes);
+  modes.uncertainty = uncertainty_of(request, robot, posture, modes.found, run);
   run.print(report::first_screen(robot, modes));
   run.print_more("\n" + report::text(robot, posture));
   run.draw(
@@ -218,6 +245,7 @@ void add_modes(Program& program) {
       "Of a robot: about the equilibrium under its own weight, which adds to the stiffness "
       "or takes off it; with a load below it acts as well");
   request->load.add_load_options(app);
+  request->uncertainty.add_options(app);
   app.add_option("--modes", request->modes, "How many, from the lowest on")
       .type_name("N")
       .between(1, 200)

@@ -7,7 +7,9 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/report/links/modes.h"
+#include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/manipulator.h"
+#include "kinetostat/report/screen/uncertainty.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/report/text/text.h"
 
@@ -106,6 +108,16 @@ io::Json response_json(const RobotModes& modes) {
       {"frequencies", modes.response->frequencies},
       {"receptance", list}};
 }
+
+io::Json uncertainty_json(const vjm::Uncertainty& uncertainty) {
+  io::Json json = settings_json(uncertainty), frequencies = io::Json::array();
+  for (Eigen::Index k = 0; k < uncertainty.first_order.value.size(); ++k)
+    frequencies.push_back(number_json(uncertainty, k));
+  json["frequencies"] = std::move(frequencies);
+  json["budget"] = budget_json(uncertainty, 0);
+  return json;
+}
+
 }  // namespace
 }  // namespace modes_screen
 
@@ -136,8 +148,10 @@ std::string headline(const vjm::Robot& robot, const RobotModes& modes) {
   if (modes.found.modes.empty()) return "Nothing that has a mass is held by a spring.";
   const vjm::ManipulatorMode& first = modes.found.modes.front();
   const std::vector<std::string> places = modes_screen::yielding(robot, first);
-  return fmt::format("First natural frequency {} Hz{}.", number(first.frequency, 3),
-                     places.empty() ? "" : ": of what yields, " + listed(places));
+  return fmt::format("First natural frequency {} Hz{}{}.{}", number(first.frequency, 3),
+                     modes.uncertainty ? spread_in_words(*modes.uncertainty, 0) : "",
+                     places.empty() ? "" : ": of what yields, " + listed(places),
+                     modes.uncertainty ? blame_sentence(*modes.uncertainty, 0) : "");
 }
 
 std::string first_screen(const vjm::Robot& robot, const RobotModes& modes) {
@@ -148,7 +162,9 @@ std::string first_screen(const vjm::Robot& robot, const RobotModes& modes) {
       std::min(modes.found.modes.size(), modes.response ? most_beside_response : most_shown);
   for (std::size_t k = 0; k < shown; ++k) {
     const vjm::ManipulatorMode& mode = modes.found.modes[k];
-    table.add_row({std::to_string(k + 1), number(mode.frequency, 3), motion_in_words(mode),
+    const std::string spread =
+        modes.uncertainty ? spread_in_words(*modes.uncertainty, static_cast<Eigen::Index>(k)) : "";
+    table.add_row({std::to_string(k + 1), number(mode.frequency, 3) + spread, motion_in_words(mode),
                    fmt::format("{}", fmt::join(yielding(robot, mode), ", "))});
   }
   out += table.text();
@@ -163,6 +179,8 @@ std::string first_screen(const vjm::Robot& robot, const RobotModes& modes) {
   if (modes.lumping_error)
     out += fmt::format("With beams in twice as many segments a frequency changes by up to {}.\n",
                        percent(*modes.lumping_error));
+  if (modes.uncertainty)
+    out += budget_text(*modes.uncertainty, 0, {.what = "first frequency", .unit = "Hz"});
   if (modes.response) out += response_text(modes);
   return out;
 }
@@ -174,12 +192,15 @@ io::Json to_json(const vjm::Robot& robot, const RobotModes& modes) {
                     {"platform", std::vector<double>(mode.platform.begin(), mode.platform.end())},
                     {"yields", to_json(robot, mode.springs)}});
   io::Json response = modes.response ? modes_screen::response_json(modes) : io::Json();
-  return {{"modes", list},
-          {"response", std::move(response)},
-          {"mass", modes.found.mass},
-          {"loaded", modes.is_loaded},
-          {"free_motions", modes.found.free_motions},
-          {"lumping_error", modes.lumping_error ? io::Json(*modes.lumping_error) : io::Json()}};
+  io::Json json{
+      {"modes", list},
+      {"response", std::move(response)},
+      {"mass", modes.found.mass},
+      {"loaded", modes.is_loaded},
+      {"free_motions", modes.found.free_motions},
+      {"lumping_error", modes.lumping_error ? io::Json(*modes.lumping_error) : io::Json()}};
+  if (modes.uncertainty) json["uncertainty"] = modes_screen::uncertainty_json(*modes.uncertainty);
+  return json;
 }
 
 }  // namespace kinetostat::report

@@ -7,6 +7,7 @@
 #include "kinetostat/fea/link/modal_study.h"
 #include "kinetostat/io/json.h"
 #include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/uncertainty/draws.h"
 #include "kinetostat/vjm/vibration/frequency_response.h"
 #include "kinetostat/vjm/vibration/natural_modes.h"
 
@@ -25,8 +26,10 @@ struct RobotModes {
   std::optional<double> lumping_error = {};
   std::optional<vjm::FrequencyResponse> response = {};
   vjm::Damping damping = {};
+  std::optional<vjm::Uncertainty> uncertainty = {};  // of the frequencies, in their order
 };
-/// "First natural frequency 8.31 Hz: 57 % of it is joint q2 and 21 % joint q3."
+/// "First natural frequency 8.31 Hz +- 4 %: of what yields, 57 % is joint q2 and 21 % joint q3. Of
+/// its uncertainty, 62 % is stiffness of q2."
 std::string headline(const vjm::Robot& robot, const RobotModes& modes);
 /// Headline and a row per mode: how the platform moves, and what gives way; along each axis where
 /// its response is largest.

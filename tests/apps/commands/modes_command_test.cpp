@@ -115,6 +115,33 @@ TEST_F(ModesCommand, TakesARobotInAPosture) {
             result["modes"][0]["frequency"].get<double>());
 }
 
+// A weight on a spring: omega^2 = k / m, and so 2 u(f) / f is that of k and m together.
+TEST_F(ModesCommand, SaysHowWellARobotsFrequenciesAreKnown) {
+  std::ofstream(working_folder() / "weight_on_a_spring.yaml") << R"(kinetostat: 1
+name: weight on a spring
+units: {length: mm, force: N, angle: deg, mass: kg}
+chain_types:
+  slide:
+    - actuator: {name: x, axis: Tx, stiffness: {value: 40, sd: 4 %}}
+    - mass: {mass: {value: 5, sd: 3 %}}
+manipulator: {chain: slide}
+)";
+  const test::Outcome outcome =
+      kinetostat("modes weight_on_a_spring.yaml --joints x=0 --draws 400 --json spring.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::StartsWith("First natural frequency 14.2 Hz +- 5 %"));
+  EXPECT_THAT(outcome.out, HasSubstr("Of its uncertainty, 64 % is stiffness of x and 36 %"));
+  const io::Json result = io::read_json(working_folder() / "spring.json");
+  const io::Json& known = result["uncertainty"]["frequencies"][0];
+  const double frequency = std::sqrt(40000.0 / 5) / (2 * M_PI);
+  EXPECT_NEAR(known["value"].get<double>(), frequency, 1e-9 * frequency);
+  EXPECT_NEAR(known["expanded_uncertainty"].get<double>(), 0.05 * frequency, 2e-4 * frequency);
+  EXPECT_NEAR(known["draws"]["standard_deviation"].get<double>(), 0.025 * frequency,
+              0.0025 * frequency);
+  EXPECT_NEAR(result["uncertainty"]["budget"][0]["share"].get<double>(), 0.64, 1e-3);
+  EXPECT_EQ(kinetostat("modes rod.yaml --draws 5").code, 2);
+}
+
 // The matrix "NAME = [ ... ];" of a script.
 Eigen::MatrixXd matrix_of(const std::string& script, const std::string& name) {
   const std::size_t at = script.find("\n" + name + " = [\n") + name.size() + 6;
