@@ -609,7 +609,10 @@ void hold_undetermined_frames(Problem& problem, const VectorXd& start,
 LeastSquaresResult solve(Problem& problem, const BaseFitOptions& options) {
   const auto residuals = [&problem](const VectorXd& q) { return problem.at(q); };
   VectorXd start = problem.start();
-  problem.start_frames(start);
+  try {
+    problem.start_frames(start);
+  } catch (const std::invalid_argument&) {  // values that exclude each other: the fit says so
+  }
   LeastSquaresOptions within = options_for(problem, options);
   hold_undetermined_frames(problem, start, within);
   LeastSquaresResult result = minimise(residuals, start, within);

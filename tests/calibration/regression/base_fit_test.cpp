@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 #include "kinetostat/calibration/statistics/identifiability.h"
 #include "kinetostat/common/error.h"
@@ -11,6 +12,7 @@
 #include "kinetostat/vjm/chain/chain_builder.h"
 
 #include "calibration/synthetic.h"
+#include "vjm/effect_catalogue.h"
 
 namespace kinetostat::calibration::base_fit_test {
 namespace {
@@ -336,6 +338,22 @@ TEST_P(Frames, OfEverySessionAreFoundTogetherWithTheStiffnesses) {
   }
   EXPECT_LT(fit.squared_error, 1e-6);
   EXPECT_EQ(fit.estimated, 2 + (GetParam() ? 12 : 6));
+}
+
+// Frames are placed before anything is fitted, which needs the model as well.
+TEST_P(Frames, AModelThatCannotBeHasNoFit) {
+  const vjm::Robot robot = test::orthoglide();
+  const vjm::Manipulator& m = robot.manipulator;
+  const Campaign campaign =
+      read_campaign(measured(m, {spatial::Pose::translation({1.5, -0.3, 0.8})}), m);
+  const std::vector<vjm::Effect> corners_in_the_wrong_order = {
+      vjm::test::effect(m, "piecewise_stiffness", "x.rho", {2, 3, 100, 50})};
+  const std::vector<Parameter> unknown = {effect_parameter(corners_in_the_wrong_order, 0, 0, m)};
+  common::Progress silent;
+  const Predictor predictor =
+      Predictor(m, campaign, 1, silent).with_effects(corners_in_the_wrong_order);
+  EXPECT_THROW((void)fit_base(predictor, campaign, noise_of(campaign, {}), unknown, silent),
+               common::NoConvergence);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Frames, testing::Bool(), [](const auto& absolute) {
