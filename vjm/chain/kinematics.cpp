@@ -11,6 +11,7 @@ using spatial::Vector6;
 
 // Turns the frame about its own axis: only the two other columns change.
 void turn(Matrix3& rotation, int axis, double angle) {
+  if (angle == 0) return;  // as of every relaxed spring
   const double c = std::cos(angle), s = std::sin(angle);
   const int a = (axis + 1) % 3, b = (axis + 2) % 3;
   const Vector3 u = rotation.col(a), v = rotation.col(b);

@@ -12,6 +12,8 @@ using spatial::Matrix6;
 using spatial::Stiffness6;
 using spatial::Vector6;
 
+constexpr double dependent = 1e-10;  // of the largest of some columns is left of the last
+
 double length_of(const ChainKinematics& kinematics) {
   return kinematics.reach > 0 ? kinematics.reach : 1.0;
 }
@@ -20,27 +22,49 @@ bool has_spring(const Chain& chain, Eigen::Index coordinate) {
   return chain.stiffness()(coordinate, coordinate) != 0;
 }
 
-// Twists that perfect passive joints allow, rotations scaled to lengths.
-Matrix6X passive_jacobian(const Chain& chain, const ChainKinematics& kinematics,
-                          const Vector6& scale) {
-  Matrix6X passive(6, chain.size());
-  Eigen::Index count = 0;
+// Six rows in place: chain after chain and pose after pose asks for no memory.
+constexpr int most_columns = 12;
+using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, most_columns>;
+using Basis = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6>;
+
+// Twists that perfect passive joints allow, rotations scaled to lengths, or a basis of them.
+Columns passive_jacobian(const Chain& chain, const ChainKinematics& kinematics,
+                         const Vector6& scale) {
+  Columns passive(6, 0);
   for (Eigen::Index k = 0; k < chain.size(); ++k) {
     if (chain.coordinates()[static_cast<std::size_t>(k)].role != Role::passive ||
         has_spring(chain, k))
       continue;
-    Vector6 column = scale.cwiseProduct(kinematics.jacobian.col(k));
+    const Vector6 column = scale.cwiseProduct(kinematics.jacobian.col(k));
     // A unit column keeps the rank decision independent of how far away the joint is.
     const double norm = column.norm();
-    if (norm > 0) passive.col(count++) = column / norm;
+    if (!(norm > 0)) continue;
+    if (passive.cols() == most_columns) passive = spatial::range_of(passive, dependent);
+    passive.conservativeResize(Eigen::NoChange, passive.cols() + 1);
+    passive.rightCols<1>() = column / norm;
   }
-  return passive.leftCols(count);
+  return passive;
 }
 
 // Orthonormal basis of the wrenches that do no work on the passive joints.
-Matrix6X transmitted_wrenches(const Matrix6X& passive) {
+Basis transmitted_wrenches(const Columns& passive) {
   if (passive.cols() == 0) return Matrix6::Identity();
-  return null_space(passive.transpose());
+  Eigen::ColPivHouseholderQR<Columns> factors;
+  factors.setThreshold(dependent);
+  factors.compute(passive);
+  const Matrix6 q = factors.householderQ() * Matrix6::Identity();
+  return q.rightCols(6 - factors.rank());
+}
+
+// J K^-1 J' as R'R with R = L^-1 J' and K = L L'.
+Matrix6 felt_through(const Matrix6& jacobian, const Matrix6& stiffness) {
+  const Matrix6 root = stiffness.llt().matrixLLT();
+  Matrix6 rows = jacobian.transpose();
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    for (Eigen::Index k = 0; k < i; ++k) rows.row(i) -= root(i, k) * rows.row(k);
+    rows.row(i) /= root(i, i);
+  }
+  return rows.transpose().lazyProduct(rows);
 }
 
 // Compliance of the springs felt at the end, J_s K_s^-1 J_s'.
@@ -48,9 +72,16 @@ Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
                           const Vector6& scale) {
   Matrix6 compliance = Matrix6::Zero();
   for (const Spring& spring : chain.springs()) {
-    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> jacobian =
-        scale.asDiagonal() * kinematics.jacobian.middleCols(spring.first, spring.stiffness.rows());
-    compliance += jacobian * spring.stiffness.llt().solve(jacobian.transpose());
+    const Eigen::Index n = spring.stiffness.rows();
+    const Basis jacobian = scale.asDiagonal() * kinematics.jacobian.middleCols(spring.first, n);
+    if (n == 1) {
+      const Vector6 column = jacobian.col(0);
+      compliance.noalias() += column * (column / spring.stiffness(0, 0)).transpose();
+    } else if (n == 6) {
+      compliance += felt_through(jacobian, spring.stiffness);
+    } else {
+      compliance += jacobian * spring.stiffness.llt().solve(jacobian.transpose());
+    }
   }
   return compliance;
 }
@@ -86,15 +117,18 @@ std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
   const spatial::Frame frame{kinematics.end.position()};
   const Vector6 scale = Scale{.length = length_of(kinematics)}.twist();
 
-  const Matrix6X basis = transmitted_wrenches(passive_jacobian(chain, kinematics, scale));
+  const Basis basis = transmitted_wrenches(passive_jacobian(chain, kinematics, scale));
   if (basis.cols() == 0) return Stiffness6(Matrix6::Zero(), frame);
 
   const Matrix6 compliance = spring_compliance(chain, kinematics, scale);
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
-  const Small reduced = basis.transpose() * compliance * basis;
+  const Basis felt = compliance.lazyProduct(basis);
+  const Small reduced = basis.transpose().lazyProduct(felt);
   const Eigen::LDLT<Small> factor(reduced);
   if (!(factor.vectorD().minCoeff() > 1e-13 * factor.vectorD().maxCoeff())) return std::nullopt;
-  const Matrix6 scaled = basis * factor.solve(basis.transpose().eval());
+  const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> wrenches = basis.transpose();
+  const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> shared = factor.solve(wrenches);
+  const Matrix6 scaled = basis.lazyProduct(shared);
   const Matrix6 matrix = scale.asDiagonal() * scaled * scale.asDiagonal();
   return Stiffness6(0.5 * (matrix + matrix.transpose()), frame);
 }
