@@ -76,13 +76,24 @@ std::string with_commas(double value) {
   return digits;
 }
 
+// What stands in one line each: words, and a number with its percent sign.
+std::vector<std::string> unbroken(const std::string& text) {
+  std::istringstream words(text);
+  std::vector<std::string> result;
+  for (std::string word; words >> word;)
+    if (word.front() == '%' && !result.empty())
+      result.back() += " " + word;
+    else
+      result.push_back(word);
+  return result;
+}
+
 }  // namespace
 
 std::string wrapped(const std::string& text, std::size_t first, std::size_t rest) {
-  std::istringstream words(text);
-  std::string result, word, line(first, ' ');
+  std::string result, line(first, ' ');
   bool is_empty = true;
-  while (words >> word) {
+  for (const std::string& word : unbroken(text)) {
     if (!is_empty && columns_of(line) + 1 + columns_of(word) > screen_columns) {
       result += line + "\n";
       line = std::string(rest, ' ');

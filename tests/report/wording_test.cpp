@@ -33,6 +33,7 @@ TEST(Wording, LinesAreNoWiderThanAScreenAndNoWordIsLost) {
     EXPECT_EQ(x, y);
   }
   EXPECT_EQ(wrapped(""), "");
+  EXPECT_EQ(wrapped(std::string(97, 'x') + " 64 %, and"), std::string(97, 'x') + "\n64 %, and\n");
   EXPECT_EQ(wrapped("  "), "");
 }
 
