@@ -864,7 +864,7 @@ std::optional<CondensedFit> fit_condensed(const Predictor& predictor, const Camp
                                           std::optional<std::size_t> own, const BaseFit& fitted,
                                           const CondensedModel& condensed,
                                           common::Progress& progress) {
-  constexpr double visible = 0.3;  // of the change of all readings together, over their noise
+  constexpr double visible = 0.3;  // of all readings together, in units of the noise
   const std::vector<std::size_t> order =
       rough_before_exact(parameters.size(), fitted.parameters.size(), own);
   std::vector<Parameter> ordered;
