@@ -65,6 +65,19 @@ double handicap_of(const Candidate& candidate) {
                                                  : 0;
 }
 
+// A fit, or nothing and why there is none.
+template <class Fit>
+std::optional<BaseFit> tried(const Fit& fit, std::string& failure) {
+  try {
+    return fit();
+  } catch (const common::Cancelled&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    failure = error.what();
+    return std::nullopt;
+  }
+}
+
 // Why a candidate is not tried beside others; empty: it is.
 std::string why_not_beside(const std::vector<Candidate>& present, const Candidate& candidate) {
   const vjm::EffectClass own = candidate.effect.kind->effect_class;
@@ -375,15 +388,9 @@ void Search::finish(const std::vector<Candidate>& present, const BaseFit& withou
     std::vector<Candidate> added = present;
     added.push_back(step.ranking[c].candidate);
     added.back().effect.values = fitted_values(fits[c], {added.back()}).front().values;
-    try {
-      common::SilentPart silent(progress_);
-      fits[c] = fitter_.finished(added, fits[c], silent);
-    } catch (const common::Cancelled&) {
-      throw;
-    } catch (const std::runtime_error& error) {
-      fits[c] = {};
-      step.ranking[c].not_fitted = error.what();
-    }
+    common::SilentPart silent(progress_);
+    const auto finished = [&] { return fitter_.finished(added, fits[c], silent); };
+    fits[c] = tried(finished, step.ranking[c].not_fitted).value_or(BaseFit());
   });
 }
 
@@ -424,21 +431,18 @@ BaseFit Search::best_fit(const FittedModel& beside, double promised,
   std::string failure;
   for (const Start& start : with_ends(beside, starts)) {
     if (start.end && start.end->cost > most) continue;
-    try {
-      common::SilentPart silent(progress_);
-      BaseFit found = fitter_.fit_on_one_thread(start.added, fit, start.end, first_gain, silent);
-      if (best.values == 0 || penalised_error(found) < penalised_error(best)) {
-        best = std::move(found);
-        const double cost = penalised_error(best);
-        if (start.end) most = cost + times_wrong * std::abs(cost - start.end->cost) + and_more;
-      }
-      // What its signature promised; far less is a minimum that is not the lowest.
-      if (fit.squared_error - best.squared_error > promised - slack) break;
-    } catch (const common::Cancelled&) {
-      throw;
-    } catch (const std::runtime_error& error) {
-      failure = error.what();
+    common::SilentPart silent(progress_);
+    auto found = tried(
+        [&] { return fitter_.fit_on_one_thread(start.added, fit, start.end, first_gain, silent); },
+        failure);
+    if (!found) continue;
+    if (best.values == 0 || penalised_error(*found) < penalised_error(best)) {
+      best = *std::move(found);
+      const double cost = penalised_error(best);
+      if (start.end) most = cost + times_wrong * std::abs(cost - start.end->cost) + and_more;
     }
+    // What its signature promised; far less is a minimum that is not the lowest.
+    if (fit.squared_error - best.squared_error > promised - slack) break;
   }
   // An unhappy fit proves nothing against a candidate; where little was promised, there is no
   // other.
