@@ -53,9 +53,10 @@ auto writer_of(const std::string& file)
   if (extension == ".mat") return fea::reduced_mat;
   if (extension == ".py") return fea::reduced_exudyn;
   if (extension == ".inp") return fea::reduced_deck;
+  if (extension == ".fem") return fea::reduced_mbdyn;
   throw UsageError("--reduced", "'" + extension + "' does not say the format",
-                   "End it with .m or .mat (MATLAB, Simscape), .py (EXUDYN) or .inp (CalculiX, "
-                   "Abaqus)");
+                   "End it with .m or .mat (MATLAB, Simscape), .py (EXUDYN), .inp (CalculiX, "
+                   "Abaqus) or .fem (MBDyn)");
 }
 
 // Computes, and writes what needs the whole model.
@@ -269,7 +270,7 @@ void add_modes(Program& program) {
   app.add_outputs("--reduced", request->reduced,
                   "Write stiffness and mass of the free link, with as many modes held at its "
                   "interfaces: .m or .mat (MATLAB, Simscape), .py (EXUDYN), .inp (CalculiX, "
-                  "Abaqus); any number of times");
+                  "Abaqus), .fem (MBDyn); any number of times");
   app.add_output("--vtu", request->vtu, "Write the shapes of the modes for ParaView");
   app.add_option("--time", request->refinement.time_limit,
                  "Start no finer mesh after so many seconds; the best result so far is given")

@@ -12,6 +12,7 @@
 
 #include "kinetostat/common/printable.h"
 #include "kinetostat/io/csv.h"
+#include "kinetostat/spatial/linear_algebra.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -252,6 +253,88 @@ class Deck {
   std::string text_;
 };
 
+// --- MBDyn
+
+// The mass of the rigid link about the origin of the mesh, by translations and rotations.
+spatial::Matrix6 rigid_mass(const ModalResult& result, const ReducedModel& model) {
+  MatrixXd motions = MatrixXd::Zero(model.mass.rows(), 6);
+  for (std::size_t i = 0; i < result.interfaces.size(); ++i) {
+    auto here = motions.middleRows<6>(6 * static_cast<Index>(i));
+    here.setIdentity();
+    here.topRightCorner<3, 3>() = -spatial::skew(result.interfaces[i].point);
+  }
+  return motions.transpose() * model.mass * motions;
+}
+
+class ModalData {
+ public:
+  ModalData(const ModalResult& result, const ReducedModel& model)
+      : result_(result),
+        nodes_(std::ssize(result.interfaces)),
+        size_(model.mass.rows()),
+        modes_(model.stiffness, model.mass),
+        mass_(rigid_mass(result, model)) {}
+
+  std::string run() && {
+    text_ = comment(result_, "** ");
+    for (Index i = 0; i < nodes_; ++i)
+      text_ += fmt::format("** node {}: {}\n", i + 1,
+                           common::printable(result_.interfaces[static_cast<std::size_t>(i)].name));
+    begin("1, HEADER\n** REVISION, NODES, NORMAL, ATTACHMENT, CONSTRAINT, REJECTED MODES");
+    text_ += fmt::format("REV0 {} {} 0 0 0\n", nodes_, size_ - 6);
+    begin("2, FINITE ELEMENT NODE LIST");
+    for (Index i = 0; i < nodes_; ++i) text_ += fmt::format("{}\n", i + 1);
+    begin("3, INITIAL MODAL DISPLACEMENTS");
+    add(Eigen::VectorXd::Zero(size_ - 6));
+    begin("4, INITIAL MODAL VELOCITIES");
+    add(Eigen::VectorXd::Zero(size_ - 6));
+    for (Index k = 0; k < 3; ++k) {
+      begin(fmt::format("{}, NODAL {} COORDINATES", 5 + k, "XYZ"[k]));
+      add(origins_of(result_).col(k));
+    }
+    begin("8, MODE SHAPES");
+    for (Index k = 6; k < size_; ++k) {
+      text_ += fmt::format("** NORMAL MODE SHAPE # {}\n", k - 5);
+      for (Index i = 0; i < nodes_; ++i) add(modes_.eigenvectors().col(k).segment<6>(6 * i));
+    }
+    begin("9, MODAL MASS MATRIX");
+    for (Index k = 6; k < size_; ++k) add(Eigen::VectorXd::Unit(size_ - 6, k - 6));
+    begin("10, MODAL STIFFNESS MATRIX");
+    for (Index k = 6; k < size_; ++k)
+      add(modes_.eigenvalues()[k] * Eigen::VectorXd::Unit(size_ - 6, k - 6));
+    add_inertia();
+    text_ += "**\n";
+    return std::move(text_);
+  }
+
+ private:
+  void begin(const std::string& group) { text_ += "**\n** RECORD GROUP " + group + "\n"; }
+  void add(const Eigen::VectorXd& values) {
+    text_ += fmt::format("{:.16e}\n", fmt::join(values.begin(), values.end(), " "));
+  }
+
+  // Mass, centre of mass, inertia about that. Below the mass stands m skew(centre).
+  void add_inertia() {
+    const double mass = mass_(0, 0);
+    const Vector3 center =
+        Vector3(mass_(5, 1) - mass_(4, 2), mass_(3, 2) - mass_(5, 0), mass_(4, 0) - mass_(3, 1)) /
+        (2 * mass);
+    const spatial::Matrix3 inertia =
+        mass_.bottomRightCorner<3, 3>() -
+        mass * (center.squaredNorm() * spatial::Matrix3::Identity() - center * center.transpose());
+    begin("12, RIGID BODY INERTIA");
+    add(Eigen::VectorXd::Constant(1, mass));
+    add(center);
+    for (Index i = 0; i < 3; ++i) add(inertia.row(i).transpose());
+  }
+
+  const ModalResult& result_;
+  Index nodes_, size_;
+  Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes_;
+  spatial::Matrix6 mass_;
+  std::string text_;
+};
+
 }  // namespace of_reduced
 
 }  // namespace
@@ -317,6 +400,11 @@ std::string reduced_exudyn(const ModalResult& result, const ReducedModel& model)
 std::string reduced_deck(const ModalResult& result, const ReducedModel& model) {
   using namespace of_reduced;
   return Deck(result, model).run();
+}
+
+std::string reduced_mbdyn(const ModalResult& result, const ReducedModel& model) {
+  using namespace of_reduced;
+  return ModalData(result, model).run();
 }
 
 }  // namespace kinetostat::fea

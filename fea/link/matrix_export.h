@@ -37,4 +37,10 @@ std::string reduced_exudyn(const ModalResult& result, const ReducedModel& model)
 /// M must be positive definite.
 std::string reduced_deck(const ModalResult& result, const ReducedModel& model);
 
+/// The data of a modal joint of MBDyn, whose modal node stands in the origin of the mesh: a node
+/// for each interface, all elastic modes of the free link, of unit modal mass, and the inertia of
+/// the link as a rigid body (record group 12). Modes of a free link have no momentum: nothing is
+/// lost of small motions. M must be positive definite.
+std::string reduced_mbdyn(const ModalResult& result, const ReducedModel& model);
+
 }  // namespace kinetostat::fea

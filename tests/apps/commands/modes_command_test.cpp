@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include <Eigen/Cholesky>
@@ -289,6 +290,83 @@ TEST_F(ModesCommand, WritesAReducedModelThatCalculixSolves) {
 }
 
 // Rigid motions of the reduced mass have the mass of the link.
+// The record groups of MBDyn's modal joint, by number, as its manual describes them: comments are
+// lines that begin with "**", numbers stand in any lines.
+std::map<int, std::vector<double>> record_groups(const std::string& text) {
+  std::map<int, std::vector<double>> groups;
+  std::istringstream lines(text);
+  int group = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("**")) {
+      (void)std::sscanf(line.c_str(), "** RECORD GROUP %d", &group);
+      continue;
+    }
+    std::istringstream words(line);
+    for (std::string word; words >> word;)
+      if (word != "REV0") groups[group].push_back(std::stod(word));
+  }
+  return groups;
+}
+
+Eigen::MatrixXd shaped(const std::vector<double>& values, Eigen::Index rows) {
+  return Eigen::Map<const Eigen::MatrixXd>(values.data(), rows, std::ssize(values) / rows);
+}
+
+// Rigid motions of all nodes about the origin.
+Eigen::MatrixXd rigid_motions(const std::map<int, std::vector<double>>& groups) {
+  const std::size_t nodes = groups.at(2).size();
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(6 * std::ssize(groups.at(2)), 6);
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const Eigen::Vector3d at(groups.at(5)[i], groups.at(6)[i], groups.at(7)[i]);
+    auto here = motions.middleRows<6>(6 * static_cast<Eigen::Index>(i));
+    here.setIdentity();
+    for (Eigen::Index k = 0; k < 3; ++k)
+      here.col(3 + k).head<3>() = Eigen::Vector3d::Unit(k).cross(at);
+  }
+  return motions;
+}
+
+// Of [mass, centre of mass, inertia about it], about the origin.
+Eigen::MatrixXd rigid_mass(const std::vector<double>& group) {
+  const Eigen::Vector3d c(group[1], group[2], group[3]);
+  Eigen::Matrix3d cross;
+  cross << 0, -c.z(), c.y(), c.z(), 0, -c.x(), -c.y(), c.x(), 0;
+  Eigen::MatrixXd mass(6, 6);
+  mass << group[0] * Eigen::Matrix3d::Identity(), -group[0] * cross, group[0] * cross,
+      Eigen::Map<const Eigen::Matrix3d>(group.data() + 4) - group[0] * cross * cross;
+  return mass;
+}
+
+// A floating link of these modes, clamped at its first node: y moves the modes, and the rigid
+// motion that takes the node back.
+TEST_F(ModesCommand, WritesAReducedModelForMbdyn) {
+  result("--modes 12 --reduced reduced.m --reduced reduced.fem");
+  const std::string script = io::read_text(working_folder() / "reduced.m");
+  const Eigen::MatrixXd k = matrix_of(script, "K").bottomRightCorner(18, 18),
+                        m = matrix_of(script, "M").bottomRightCorner(18, 18);
+  const auto groups = record_groups(io::read_text(working_folder() / "reduced.fem"));
+  EXPECT_EQ(groups.at(1), (std::vector<double>{2, 18, 0, 0, 0}));
+  EXPECT_EQ(groups.at(3), std::vector<double>(18));
+  EXPECT_EQ(groups.at(4), std::vector<double>(18));
+  ASSERT_EQ(groups.at(12).size(), 13u);
+  const Eigen::MatrixXd shapes = shaped(groups.at(8), 12), rigid = rigid_motions(groups);
+  ASSERT_EQ(shapes.cols(), 18);
+  const Eigen::MatrixXd back = -rigid.topRows<6>().partialPivLu().solve(shapes.topRows<6>());
+  const Eigen::MatrixXd stiffness = shaped(groups.at(10), 18);
+  const Eigen::MatrixXd mass =
+      shaped(groups.at(9), 18) + back.transpose() * rigid_mass(groups.at(12)) * back;
+  const Eigen::MatrixXd moved = shapes.bottomRows<6>() + rigid.bottomRows<6>() * back;
+  const Eigen::MatrixXd compliance = moved * stiffness.ldlt().solve(moved.transpose());
+  const Eigen::MatrixXd exact = k.inverse().topLeftCorner<6, 6>();
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = 0; j < 6; ++j)
+      EXPECT_NEAR(compliance(i, j), exact(i, j), 1e-6 * std::sqrt(exact(i, i) * exact(j, j)));
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> found(stiffness, mass),
+      expected(k, m);
+  for (Eigen::Index i = 0; i < 6; ++i)
+    EXPECT_NEAR(std::sqrt(found.eigenvalues()[i] / expected.eigenvalues()[i]), 1, 1e-6) << i;
+}
+
 TEST_F(ModesCommand, IdentifyWritesTheMassBetweenTheInterfaces) {
   ASSERT_EQ(kinetostat("identify rod.yaml -q -o rod.json").code, 0);
   const io::Json link = io::read_json(working_folder() / "rod.json");
