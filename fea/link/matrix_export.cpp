@@ -76,7 +76,8 @@ std::string matrix(const char* name, const Eigen::MatrixXd& values) {
 namespace of_reduced {
 
 constexpr const char* lost[] = {
-    "large motions: the matrices are linear, in the axes of the mesh",
+    "large motions, unless the program turns the matrices along: they are linear, in the axes of "
+    "the mesh",
     "damping, gravity, and the stiffness that loads and turning fast add or take"};
 
 MatrixXd origins_of(const ModalResult& result) {
