@@ -114,6 +114,13 @@ vjm::PostureResult unloaded_posture(const vjm::Manipulator& manipulator,
 
 }  // namespace
 
+bool CondensedModel::knows(const vjm::JointPlace& joint) const {
+  constexpr double nearly_all = 0.9;
+  const auto known = std::count_if(states.begin(), states.end(),
+                                   [&](const auto& state) { return state && state->find(joint); });
+  return static_cast<double>(known) >= nearly_all * static_cast<double>(states.size());
+}
+
 Predictor::Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
                      const Campaign& campaign, int threads, common::Progress& progress)
     : bare_(campaign.watch.is_empty() ? bare : vjm::with_watched(bare, campaign.watch)),

@@ -28,6 +28,9 @@ struct CondensedModel {
   std::vector<std::optional<vjm::CondensedState>> states;  // nullopt: not condensed
   /// Of each reading in the order of the campaign, under its load and without: which it is.
   std::vector<std::size_t> loaded, unloaded;
+
+  /// Nearly all states have the joint condensed.
+  bool knows(const vjm::JointPlace& joint) const;
 };
 
 /// Where that sits which a sensor looks at, seen from where the campaign has it: position [m] in

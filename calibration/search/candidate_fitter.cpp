@@ -77,17 +77,23 @@ void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& u
   }
 }
 
+// In which alone a candidate acts.
+std::optional<vjm::JointPlace> own_joint(const Candidate& candidate, const vjm::Manipulator& bare) {
+  const vjm::Effect& effect = candidate.effect;
+  if (!effect.kind->acts_on_joint_alone || effect.sites.size() != 1) return std::nullopt;
+  const auto& [chain, element] = effect.sites[0];
+  return vjm::JointPlace{chain, bare.chains()[chain].index_of(element)};
+}
+
 }  // namespace
 
 FittedModel::FittedModel(const std::vector<Candidate>& present, const BaseFit& fit,
                          const std::vector<Candidate>& looked_at, const vjm::Manipulator& bare)
     : present_(present), fit_(fit) {
   for (const Candidate& candidate : looked_at) {
-    const vjm::Effect& effect = candidate.effect;
-    if (!effect.kind->acts_on_joint_alone || effect.sites.size() != 1) continue;
-    const auto& [chain, element] = effect.sites[0];
-    const vjm::JointPlace place{chain, bare.chains()[chain].index_of(element)};
-    if (std::find(joints_.begin(), joints_.end(), place) == joints_.end()) joints_.push_back(place);
+    const auto place = own_joint(candidate, bare);
+    if (place && std::find(joints_.begin(), joints_.end(), *place) == joints_.end())
+      joints_.push_back(*place);
   }
 }
 
@@ -188,12 +194,10 @@ BaseFit CandidateFitter::fit_on_one_thread(const std::vector<Candidate>& added,
   return fitted(effects, unknowns, &start, {.least_gain = least_gain}, 1, progress);
 }
 
-std::optional<std::size_t> CandidateFitter::own_stiffness(const Candidate& candidate) const {
-  const auto& [c, element] = candidate.effect.sites[0];
-  const vjm::Chain& chain = robot_.without_effects().chains()[c];
-  for (const vjm::Spring& spring : chain.springs()) {
-    if (spring.first != chain.index_of(element) || spring.stiffness.rows() > 1) continue;
-    const std::vector<vjm::SpringParameter> own = {{c, spring.name}};
+std::optional<std::size_t> CandidateFitter::stiffness_of(const vjm::JointPlace& joint) const {
+  for (const vjm::Spring& spring : robot_.without_effects().chains()[joint.chain].springs()) {
+    if (spring.first != joint.coordinate || spring.stiffness.rows() > 1) continue;
+    const std::vector<vjm::SpringParameter> own = {{joint.chain, spring.name}};
     for (std::size_t k = 0; k < base_.size(); ++k)
       if (base_[k].springs == own) return k;
   }
@@ -203,23 +207,24 @@ std::optional<std::size_t> CandidateFitter::own_stiffness(const Candidate& candi
 std::optional<CondensedFit> CandidateFitter::fit_condensed(const std::vector<Candidate>& added,
                                                            const FittedModel& beside,
                                                            common::Progress& progress) const {
-  const Candidate& candidate = added.back();
-  if (!candidate.effect.kind->acts_on_joint_alone || candidate.effect.sites.size() != 1)
-    return std::nullopt;
+  const auto joint = own_joint(added.back(), robot_.without_effects());
+  if (!joint) return std::nullopt;
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   const std::vector<Parameter> unknowns = unknowns_near(effects, added, beside.fit());
-  const auto compute = [&] {
+  const auto compute = [&]() -> std::optional<CondensedFit> {
+    const CondensedModel& model = *condensed(added.back(), beside, progress);
+    if (!model.knows(*joint)) return std::nullopt;
     return calibration::fit_condensed(predictor_.with_effects(effects, 1), campaign_, noise_,
-                                      unknowns, own_stiffness(candidate), beside.fit(),
-                                      *condensed(candidate, beside, progress), progress);
+                                      unknowns, stiffness_of(*joint), beside.fit(), model,
+                                      progress);
   };
   if (journal_ == nullptr) return compute();
   const std::string key = condensed_key(scope_, effects, unknowns, beside.key());
   if (const auto record = recorded(key))
-    if (const auto rough = recorded_condensed_fit(*record, unknowns)) return *rough;
-  const std::optional<CondensedFit> rough = compute();
-  keep(key, record_of(rough));
-  return rough;
+    if (const auto found = recorded_condensed_fit(*record, unknowns)) return *found;
+  const std::optional<CondensedFit> found = compute();
+  keep(key, record_of(found));
+  return found;
 }
 
 BaseFit CandidateFitter::finished(const std::vector<Candidate>& added, const BaseFit& fit,

@@ -65,7 +65,7 @@ class CandidateFitter {
                             const std::optional<CondensedFit>& rough, double least_gain,
                             common::Progress& progress) const;
   /// Where the fit of the last of the added ones would end beside a fitted model with the others:
-  /// fit_condensed(), where it is a law in one joint.
+  /// fit_condensed(), where it is a law in one joint that can be condensed.
   std::optional<CondensedFit> fit_condensed(const std::vector<Candidate>& added,
                                             const FittedModel& beside,
                                             common::Progress& progress) const;
@@ -144,8 +144,8 @@ class CandidateFitter {
   BaseFit computed(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                    const BaseFit* near, const FitEffort& effort, int threads,
                    common::Progress& progress) const;
-  // Which of the parameters that are fitted anyway is the stiffness of the candidate's joint.
-  std::optional<std::size_t> own_stiffness(const Candidate& candidate) const;
+  // Which of the parameters that are fitted anyway is that of a joint's own spring.
+  std::optional<std::size_t> stiffness_of(const vjm::JointPlace& joint) const;
   // Of the journal, or nothing; and to it. One thread at a time.
   std::optional<std::string> recorded(const std::string& key) const;
   void keep(const std::string& key, const std::string& record) const;
