@@ -291,7 +291,7 @@ TEST_F(ModesCommand, WritesAReducedModelThatCalculixSolves) {
 
 // Rigid motions of the reduced mass have the mass of the link.
 // The record groups of MBDyn's modal joint, by number, as its manual describes them: comments are
-// lines that begin with "**", numbers stand in any lines.
+// lines that start with "**", numbers stand in any lines.
 std::map<int, std::vector<double>> record_groups(const std::string& text) {
   std::map<int, std::vector<double>> groups;
   std::istringstream lines(text);
