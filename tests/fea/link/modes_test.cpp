@@ -14,6 +14,7 @@
 #include "kinetostat/fea/link/reduced_model.h"
 #include "kinetostat/io/text_file.h"
 
+#include "fea/calculix_modes.h"
 #include "fea/shapes.h"
 #include "support/program.h"
 
@@ -35,31 +36,15 @@ TetMesh bent_block(int order = 2) {
   return order == 2 ? with_mid_nodes(mesh) : mesh;
 }
 
-// Frequencies [Hz] that CalculiX finds for the model of the static deck, first interface held as
-// there or not at all.
+// First interface held as in the static deck, or not at all.
 std::vector<double> by_calculix(const TetMesh& mesh, const std::vector<CoupledInterface>& ends,
-                                bool is_held, int count) {
+                                bool is_held, std::size_t count) {
   std::string deck = calculix_deck("link", mesh, {steel}, ends);
-  deck.resize(deck.find("*STEP"));
-  deck.insert(deck.find("*SOLID SECTION"), "*DENSITY\n7850.\n");
   if (!is_held) {
     const std::string held = "*BOUNDARY\nINTERFACE0, 1, 3, 0.\n";
     deck.erase(deck.find(held), held.size());
   }
-  const TemporaryFolder folder;
-  folder.file("link.inp", deck + "*STEP\n*FREQUENCY\n" + std::to_string(count) + "\n*END STEP\n");
-  const std::string call = "cd '" + folder.path().string() + "' && ccx link > ccx.log 2>&1";
-  EXPECT_EQ(std::system(call.c_str()), 0) << io::read_text(folder.path() / "ccx.log");
-  std::istringstream lines(io::read_text(folder.path() / "link.dat"));
-  std::vector<double> frequencies;
-  for (std::string line;
-       std::getline(lines, line) && static_cast<int>(frequencies.size()) < count;) {
-    int mode = 0;
-    double eigenvalue = 0, omega = 0, hertz = 0, imaginary = 0;
-    if (std::istringstream row(line); row >> mode >> eigenvalue >> omega >> hertz >> imaginary)
-      frequencies.push_back(hertz);
-  }
-  return frequencies;
+  return frequencies_by_calculix(deck, "", 7850, count);
 }
 
 // CalculiX integrates the mass of these elements at the four points of the stiffness, which takes

@@ -14,7 +14,9 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/stiffness.h"
+#include "kinetostat/vjm/vibration/natural_modes.h"
 
+#include "fea/calculix_modes.h"
 #include "fea/shapes.h"
 #include "support/program.h"
 #include "vjm/elastic_sample.h"
@@ -130,6 +132,7 @@ class ElasticFrame : public testing::Test {
   }
 
   // As a link of a robot file, from foot to head.
+  // With its mass, which two halves have, and its inertia.
   std::string link(const Leg& leg) const {
     const TetMesh mesh = part_of(
         cells_, [&](const Vector3& p) { return !in_plate(p) && leg.has(p); },
@@ -145,18 +148,29 @@ class ElasticFrame : public testing::Test {
       for (int j = 0; j < 6; ++j) text += fmt::format("{}{:.17g}", j ? ", " : "", compliance(i, j));
       text += "]";
     }
-    return text + fmt::format("], end: [0, 0, {}]}}", top - thick);
+    constexpr double wide = 0.05, high = top - thick, mass = 7850 * wide * wide * high;
+    constexpr double across = mass * (wide * wide + high * high) / 12,
+                     along = mass * wide * wide / 6;
+    return text + fmt::format(
+                      "], end: [0, 0, {0}], mass: {{mass: {1}, center: [0, 0, {2}], "
+                      "inertia: [{3}, 0, 0, {3}, 0, {4}]}}}}",
+                      high, mass, high / 2, across, along);
   }
 
-  vjm::Robot robot() const {
+  // `load` [kg]: at the tool.
+  vjm::Robot robot(double load = 0) const {
     std::string text =
         "kinetostat: 1\nname: table\nunits: {length: m, force: N, angle: rad}\nlinks:\n";
     std::string types = "chain_types:\n", chains;
     for (std::size_t i = 0; i < legs.size(); ++i) {
       const char name = "abc"[i];
       text += fmt::format("  {}: {}\n", name, link(legs[i]));
-      types += fmt::format("  {0}: [{{link: {0}}}]\n", name);
       const Vector3 foot = legs[i].foot(), head = legs[i].head() - tool;
+      types += fmt::format("  {0}: [{{link: {0}}}", name);
+      if (i == 0 && load > 0)
+        types += fmt::format(", {{mass: {{name: load, mass: {}, at: [{}, {}, {}]}}}}", load,
+                             -head.x(), -head.y(), -head.z());
+      types += "]\n";
       chains += fmt::format(
           "    - {{name: {0}, type: {0}, from: frame.{0}, base: [{1}, {2}, {3}], platform_point: "
           "[{4}, {5}, {6}]}}\n",
@@ -210,6 +224,31 @@ TEST_F(ElasticFrame, AgreesWithCalculixOnOneMeshOfFrameAndLegs) {
     return Matrix6(sum.inverse());
   }();
   EXPECT_GT((ours - rigid).norm(), 0.2 * ours.norm());
+}
+
+// A load that stands on the legs, which are links of the robot with masses in two halves; the
+// fourth mode bends them.
+TEST_F(ElasticFrame, HasTheFrequenciesThatCalculixFindsOnOneMesh) {
+  ASSERT_TRUE(test::is_installed("ccx"));
+  constexpr double load = 60;
+  const TetMesh mesh = part_of(
+      cells_, [](const Vector3& p) { return in_plate(p) || in_some_leg(p); }, tag_of);
+  const auto interfaces = interfaces_of(
+      mesh, {1, 2, 3, 4, 5}, {side_, legs[0].foot(), legs[1].foot(), legs[2].foot(), tool});
+  const std::string deck = calculix_deck("table", mesh, steel, interfaces);
+  const std::size_t at = deck.rfind("REF NODE=") + 9;
+  const std::string node = deck.substr(at, deck.find_first_of(", \n", at) - at);
+  const std::vector<double> other =
+      fea::frequencies_by_calculix(deck,
+                                   "*ELEMENT, TYPE=MASS, ELSET=LOAD\n9999999, " + node +
+                                       fmt::format("\n*MASS, ELSET=LOAD\n{}\n", load),
+                                   7850, 4);
+  ASSERT_EQ(other.size(), 4u);
+  const vjm::Robot table = robot(load);
+  const vjm::PostureResult posture = posture_from_joints(table.manipulator, {});
+  const vjm::NaturalModes ours = natural_modes(table.manipulator, posture.posture, 4);
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_NEAR(ours.modes[k].frequency, other[k], (k < 3 ? 5e-3 : 1e-2) * other[k]) << k;
 }
 
 }  // namespace

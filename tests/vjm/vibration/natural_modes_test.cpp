@@ -1,6 +1,8 @@
 #include "kinetostat/vjm/vibration/natural_modes.h"
 
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
@@ -181,6 +183,72 @@ TEST(NaturalModes, OfACantileverOfBeamsAreEulersAndBernoullis) {
     const double error = std::abs(std::sqrt(squared(found.modes[0])) / exact[0] - 1);
     EXPECT_LT(error, before);
     before = error + 1e-4;  // shear and the digits of the root
+  }
+}
+
+// The equations of two beams of one section in a row, w = a cos bx + b sin bx + c cosh bx +
+// d sinh bx in each, on a joint at the root and one between them: the determinant of what holds at
+// both joints and at the free end, columns of unit length. Joints by their stiffness over EI [1/m].
+double determinant_of_arm(double b, const std::array<double, 2>& length,
+                          const std::array<double, 2>& joint) {
+  // Derivative k of the four functions at x, over b^k.
+  const auto at = [b](double x, int k) {
+    const double c = std::cos(b * x), s = std::sin(b * x), ch = std::cosh(b * x),
+                 sh = std::sinh(b * x);
+    const Eigen::RowVector4d all[] = {
+        {c, s, ch, sh}, {-s, c, sh, ch}, {-c, -s, ch, sh}, {s, -c, sh, ch}};
+    return all[k];
+  };
+  const Eigen::RowVector4d none = Eigen::RowVector4d::Zero();
+  Eigen::Matrix<double, 8, 8> m;
+  const double first = length[0], last = length[1];
+  m << at(0, 0), none, b * at(0, 2) - joint[0] * at(0, 1), none, at(first, 0), -at(0, 0),
+      b * at(first, 2) + joint[1] * at(first, 1), -joint[1] * at(0, 1), at(first, 2), -at(0, 2),
+      at(first, 3), -at(0, 3), none, at(last, 2), none, at(last, 3);
+  return m.colwise().normalized().determinant();
+}
+
+// Wave numbers of the arm's modes, ascending [1/m].
+std::vector<double> wave_numbers(const std::array<double, 2>& length,
+                                 const std::array<double, 2>& joint, std::size_t count) {
+  constexpr double step = 0.02;
+  std::vector<double> roots;
+  for (double low = step; roots.size() < count; low += step) {
+    double a = low, b = low + step;
+    const double before = determinant_of_arm(a, length, joint);
+    if (before * determinant_of_arm(b, length, joint) > 0) continue;
+    for (int i = 0; i < 50; ++i)
+      (before * determinant_of_arm((a + b) / 2, length, joint) > 0 ? a : b) = (a + b) / 2;
+    roots.push_back(a);
+  }
+  return roots;
+}
+
+// A slender arm of two links that swings about its two elastic joints and bends: Euler's and
+// Bernoulli's frequencies, nearer with more segments.
+TEST(NaturalModes, OfAnArmOfTwoLinksAreEulersAndBernoullis) {
+  constexpr double young = 210e9, density = 7850, width = 0.02, height = 0.03;
+  const double bends = young * width * std::pow(height, 3) / 12, line = density * width * height;
+  const std::array<double, 2> length{1, 0.6}, stiffness{3e4, 1.2e4};
+  const auto exact = wave_numbers(length, {stiffness[0] / bends, stiffness[1] / bends}, 3);
+  const std::string links =
+      "  upper: {beam: {length: 1, section: {rectangle: {y: 0.03, z: 0.02}}, material: steel, "
+      "segments: 4}}\n"
+      "  fore: {beam: {length: 0.6, section: {rectangle: {y: 0.03, z: 0.02}}, material: steel, "
+      "segments: 3}}\n";
+  const std::string arm =
+      "    - actuator: {name: q1, axis: Rz, stiffness: 3e4 N m/rad}\n    - link: upper\n"
+      "    - actuator: {name: q2, axis: Rz, stiffness: 1.2e4 N m/rad}\n    - link: fore\n";
+  for (const int multiple : {2, 8}) {
+    std::vector<double> in_plane;
+    for (const ManipulatorMode& mode : of_file(arm, 8, multiple, links).modes)
+      if (std::abs(mode.platform[1]) > std::abs(mode.platform[2]))
+        in_plane.push_back(std::sqrt(squared(mode)));
+    ASSERT_GE(in_plane.size(), exact.size());
+    for (std::size_t k = 0; k < exact.size(); ++k) {
+      const double expected = exact[k] * exact[k] * std::sqrt(bends / line);
+      EXPECT_NEAR(in_plane[k], expected, (0.16 / (multiple * multiple) + 0.004) * expected) << k;
+    }
   }
 }
 
