@@ -25,6 +25,10 @@ function modeInWords(mode) {
     .join(", ");
 }
 
+/** Half width of the interval of a frequency [Hz]: of its mesh, or of what is known of the robot. */
+const errorOf = (result, k) => result.modes[k].error ?? result.uncertainty?.frequencies?.[k]?.expanded_uncertainty;
+const spread = (result, k) => number((100 * errorOf(result, k)) / result.modes[k].frequency, 2);
+
 function frequencies(result, source) {
   const { modes } = result;
   const isRobot = modes.some((mode) => mode.yields);
@@ -36,18 +40,18 @@ function frequencies(result, source) {
     height: 110 + 36 * modes.length,
     wide: true,
     say: isRobot
-      ? "Drives hold their commands, no load. Beside each: the joints and links that yield in it."
+      ? `Drives hold their commands, ${result.loaded ? "about the equilibrium under load" : "no load"}. Beside each: the joints and links that yield in it.`
       : "Of the link as it is held. Beside each: along which axes of the mesh it moves, by energy.",
     numbers: () => ({
       columns: ["mode", "frequency [Hz]", "error bar [Hz]", isRobot ? "what yields" : "motion"],
-      rows: modes.map((mode, k) => [k + 1, mode.frequency, mode.error ?? "", modeInWords(mode)]),
+      rows: modes.map((mode, k) => [k + 1, mode.frequency, errorOf(result, k) ?? "", modeInWords(mode)]),
     }),
     draw: (look, narrow) =>
       bars(look, {
         names: modes.map((mode, k) => (narrow ? `${k + 1}` : `${k + 1}  ${plain(modeInWords(mode))}`)),
         values: modes.map((mode) => mode.frequency),
         colours: look.fitted,
-        text: modes.map((mode) => `${number(mode.frequency)} Hz`),
+        text: modes.map((mode, k) => `${number(mode.frequency)} Hz${errorOf(result, k) ? ` ± ${spread(result, k)} %` : ""}`),
         hover: modes.map((mode, k) => `mode ${k + 1}: ${number(mode.frequency, 4)} Hz<br>${plain(modeInWords(mode))}`),
         x: { title: "frequency [Hz]", rangemode: "tozero" },
         small: true,
@@ -166,14 +170,14 @@ export function modesSection({ result, picture }) {
   add(frequencies(result, source), new View({}));
   if (result.response) add(responseFigure(result.response, source), new View({}));
   if (picture?.shapes?.length) add(...shapeFigure(result, picture, source));
-  const withError = result.modes.some((mode) => mode.error);
+  const withError = result.modes.some((_, k) => errorOf(result, k));
   node.append(
     table(
       ["mode", "Hz", ...(withError ? ["± %"] : []), "what moves or yields"],
       result.modes.map((mode, k) => [
         k + 1,
         number(mode.frequency, 4),
-        ...(withError ? [number((100 * mode.error) / mode.frequency, 2)] : []),
+        ...(withError ? [spread(result, k)] : []),
         modeInWords(mode),
       ]),
       "Modes",
