@@ -222,7 +222,7 @@ std::optional<CondensedFit> CandidateFitter::fit_condensed(const std::vector<Can
   const std::string key = condensed_key(scope_, effects, unknowns, beside.key());
   if (const auto record = recorded(key))
     if (const auto found = recorded_condensed_fit(*record, unknowns)) return *found;
-  const std::optional<CondensedFit> found = compute();
+  std::optional<CondensedFit> found = compute();
   keep(key, record_of(found));
   return found;
 }
