@@ -868,6 +868,7 @@ std::optional<CondensedFit> fit_condensed(const Predictor& predictor, const Camp
   const std::vector<std::size_t> order =
       rough_before_exact(parameters.size(), fitted.parameters.size(), own);
   std::vector<Parameter> ordered;
+  ordered.reserve(order.size());
   for (const std::size_t k : order) ordered.push_back(parameters[k]);
   Problem problem(predictor, campaign, noise, ordered, nullptr, progress);
   problem.begin_near(fitted.model, &condensed);

@@ -362,6 +362,7 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
                            DiagnosisStep& step, std::vector<BaseFit>& fits) {
   const std::vector<std::size_t> order = most_significant(step);
   std::vector<Candidate> survivors;
+  survivors.reserve(order.size());
   for (const std::size_t c : order) survivors.push_back(candidates_[c]);
   const FittedModel beside = fitter_.beside(present, fit, survivors);
   shared_out("fits", order.size(), [&](std::size_t o) {
