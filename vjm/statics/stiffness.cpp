@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
+#include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/statics/newton_matrix.h"
 
 namespace kinetostat::vjm {
