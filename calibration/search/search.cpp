@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -406,17 +407,22 @@ std::vector<Search::Start> Search::with_ends(const FittedModel& beside,
     common::SilentPart silent(progress_);
     all.back().end = fitter_.fit_condensed(all.back().added, beside, silent);
   }
-  const auto cost = [](const Start& start) {
-    return start.end ? start.end->cost : std::numeric_limits<double>::infinity();
+  const auto cost = [&](std::size_t s) {
+    return all[s].end ? all[s].end->cost : std::numeric_limits<double>::infinity();
   };
-  std::stable_sort(all.begin(), all.end(),
-                   [&](const Start& a, const Start& b) { return cost(a) < cost(b); });
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return cost(a) < cost(b); });
   constexpr double alike = 1e-3;
-  const auto last = std::unique(all.begin(), all.end(), [&](const Start& a, const Start& b) {
-    return a.end && b.end && b.end->cost - a.end->cost <= alike * a.end->cost;
-  });
-  all.erase(last, all.end());
-  return all;
+  double last = -1;
+  std::vector<Start> result;
+  for (const std::size_t s : order) {
+    if (all[s].end && last >= 0 && cost(s) - last <= alike * last) continue;
+    last = cost(s);
+    result.push_back(std::move(all[s]));
+  }
+  return result;
 }
 
 // The best of the fits from some starts; none, and a reason, where no fit explains what the
