@@ -7,7 +7,6 @@ import argparse
 import json
 import os
 import random
-import resource
 import subprocess
 import tempfile
 import time

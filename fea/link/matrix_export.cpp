@@ -12,7 +12,6 @@
 
 #include "kinetostat/common/printable.h"
 #include "kinetostat/io/csv.h"
-#include "kinetostat/spatial/linear_algebra.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -256,25 +255,13 @@ class Deck {
 
 // --- MBDyn
 
-// The mass of the rigid link about the origin of the mesh, by translations and rotations.
-spatial::Matrix6 rigid_mass(const ModalResult& result, const ReducedModel& model) {
-  MatrixXd motions = MatrixXd::Zero(model.mass.rows(), 6);
-  for (std::size_t i = 0; i < result.interfaces.size(); ++i) {
-    auto here = motions.middleRows<6>(6 * static_cast<Index>(i));
-    here.setIdentity();
-    here.topRightCorner<3, 3>() = -spatial::skew(result.interfaces[i].point);
-  }
-  return motions.transpose() * model.mass * motions;
-}
-
 class ModalData {
  public:
   ModalData(const ModalResult& result, const ReducedModel& model)
       : result_(result),
         nodes_(std::ssize(result.interfaces)),
         size_(model.mass.rows()),
-        modes_(model.stiffness, model.mass),
-        mass_(rigid_mass(result, model)) {}
+        modes_(model.stiffness, model.mass) {}
 
   std::string run() && {
     text_ = comment(result_, "** ");
@@ -303,7 +290,10 @@ class ModalData {
     begin("10, MODAL STIFFNESS MATRIX");
     for (Index k = 6; k < size_; ++k)
       add(modes_.eigenvalues()[k] * Eigen::VectorXd::Unit(size_ - 6, k - 6));
-    add_inertia();
+    begin("12, RIGID BODY INERTIA");
+    add(Eigen::VectorXd::Constant(1, result_.mass));
+    add(result_.center_of_mass);
+    for (Index i = 0; i < 3; ++i) add(result_.inertia.row(i).transpose());
     text_ += "**\n";
     return std::move(text_);
   }
@@ -314,25 +304,9 @@ class ModalData {
     text_ += fmt::format("{:.16e}\n", fmt::join(values.begin(), values.end(), " "));
   }
 
-  // Mass, centre of mass, inertia about that. Below the mass stands m skew(centre).
-  void add_inertia() {
-    const double mass = mass_(0, 0);
-    const Vector3 center =
-        Vector3(mass_(5, 1) - mass_(4, 2), mass_(3, 2) - mass_(5, 0), mass_(4, 0) - mass_(3, 1)) /
-        (2 * mass);
-    const spatial::Matrix3 inertia =
-        mass_.bottomRightCorner<3, 3>() -
-        mass * (center.squaredNorm() * spatial::Matrix3::Identity() - center * center.transpose());
-    begin("12, RIGID BODY INERTIA");
-    add(Eigen::VectorXd::Constant(1, mass));
-    add(center);
-    for (Index i = 0; i < 3; ++i) add(inertia.row(i).transpose());
-  }
-
   const ModalResult& result_;
   Index nodes_, size_;
   Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes_;
-  spatial::Matrix6 mass_;
   std::string text_;
 };
 
