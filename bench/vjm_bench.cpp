@@ -44,6 +44,13 @@ void unloaded(benchmark::State& state) {
 }
 BENCHMARK(unloaded)->Name("3-PUU unloaded 6x6, posture known");
 
+void unloaded_of_many(benchmark::State& state) {
+  for (auto _ : state)
+    benchmark::DoNotOptimize(unloaded_stiffness_matrices(orthoglide().manipulator, postures()));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
+}
+BENCHMARK(unloaded_of_many)->Name("3-PUU unloaded 6x6, postures known, 64 together");
+
 void unloaded_report(benchmark::State& state) {
   for (auto _ : state)
     for (const Posture& posture : postures())
@@ -78,6 +85,14 @@ void inverse_kinematics(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
 }
 BENCHMARK(inverse_kinematics)->Name("3-PUU posture from a pose");
+
+void inverse_kinematics_of_many(benchmark::State& state) {
+  std::vector<spatial::Pose> poses;
+  for (const Posture& posture : postures()) poses.push_back(posture.platform);
+  for (auto _ : state) benchmark::DoNotOptimize(postures_at(orthoglide().manipulator, poses));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(poses.size()));
+}
+BENCHMARK(inverse_kinematics_of_many)->Name("3-PUU postures from poses, 64 together");
 
 // 100,000 poses of a cube, posture included; the argument is the number of threads.
 void map(benchmark::State& state) {

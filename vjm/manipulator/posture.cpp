@@ -115,16 +115,11 @@ class ChainPostureSolver {
     evaluate(chain_, x, kinematics_);
     return scaled_difference(kinematics_.end, target_, length_);
   }
-  // A pose that closed loops have led to is accurate to this; what is over-constrained reaches it
-  // no better.
-  double accepted() const { return std::max(sought(), closed * length_); }
+  double accepted() const { return posture_accuracy(length_, target_, options_).accepted; }
   double length() const { return length_; }
 
  private:
-  // Rounding of the pose itself bounds what can be reached.
-  double sought() const {
-    return std::max(options_.tolerance, 1e-13 * (length_ + target_.position().norm()));
-  }
+  double sought() const { return posture_accuracy(length_, target_, options_).sought; }
 
   VectorXd solve_from(const VectorXd& start) {
     const auto& free = chain_.posture_coordinates();
@@ -380,6 +375,11 @@ void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) 
 }
 
 }  // namespace
+
+PostureAccuracy posture_accuracy(double length, const Pose& target, const PostureOptions& options) {
+  const double sought = std::max(options.tolerance, 1e-13 * (length + target.position().norm()));
+  return {sought, std::max(sought, closed * length)};
+}
 
 PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
                          const PostureOptions& options) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include "kinetostat/common/parallel.h"
@@ -51,14 +52,27 @@ Vector6 twist_scale(double length) {
 
 Matrix6 symmetric_part(const Matrix6& matrix) { return 0.5 * (matrix + matrix.transpose()); }
 
+// Far from a free motion: none of its pivots is small beside the largest.
+bool is_clearly_regular(const Eigen::LLT<Matrix6>& factor) {
+  if (factor.info() != Eigen::Success) return false;
+  const auto pivots = factor.matrixLLT().diagonal();
+  return pivots.minCoeff() > 1e-3 * pivots.maxCoeff();
+}
+
 // The inverse on the motions that are resisted.
 Flexibility flexibility_of(const Matrix6& stiffness, double length) {
   const Vector6 scale = twist_scale(length);
   const Matrix6 scaled = scale.cwiseInverse().asDiagonal() * symmetric_part(stiffness) *
                          scale.cwiseInverse().asDiagonal();
+  Flexibility result{.length = length};
+  if (const Eigen::LLT<Matrix6> factor(scaled); is_clearly_regular(factor)) {
+    const Matrix6 inverse = factor.solve(Matrix6::Identity());
+    result.compliance =
+        scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
+    return result;
+  }
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scaled);
   const double zero = 1e-9 * eigen.eigenvalues().cwiseAbs().maxCoeff();
-  Flexibility result{.length = length};
   Matrix6 inverse = Matrix6::Zero();
   for (int i = 0; i < 6; ++i) {
     const Vector6 v = eigen.eigenvectors().col(i);
@@ -211,11 +225,11 @@ double size_of(const Posture& posture) {
   return size > 0 ? size : 1.0;
 }
 
-Flexibility relaxed_flexibility(const Manipulator& manipulator, const Posture& posture) {
+// `quick`: the stiffness, where the quick way has found one.
+Flexibility relaxed_flexibility(const Manipulator& manipulator, const Posture& posture,
+                                const std::optional<spatial::Stiffness6>& quick) {
   const double length = size_of(posture);
-  if (const auto quick = manipulator.is_parallel() ? unloaded_stiffness_matrix(manipulator, posture)
-                                                   : std::nullopt)
-    return flexibility_of(quick->matrix(), length);
+  if (quick) return flexibility_of(quick->matrix(), length);
   const UnloadedStiffness full = unloaded_stiffness(manipulator, posture);
   if (full.compliance)
     return {.compliance = symmetric_part(full.compliance->matrix()), .length = length};
@@ -228,6 +242,70 @@ Flexibility loaded_flexibility(const Equilibrium& equilibrium, double length) {
     return {.compliance = symmetric_part(equilibrium.compliance->matrix()), .length = length};
   if (equilibrium.stiffness) return flexibility_of(equilibrium.stiffness->matrix(), length);
   return {.uncarried = Matrix6::Identity(), .length = length};
+}
+
+bool is_within_range(const Manipulator& manipulator, const PostureResult& posture) {
+  return posture.reached && beyond_range(manipulator, posture.posture).empty();
+}
+
+// Whether the springs of a robot are relaxed at a pose.
+bool is_relaxed_at(const Manipulator& manipulator, const TargetPose& target) {
+  return is_unloaded(target.load) && manipulator.is_relaxed_when_unloaded();
+}
+
+// A pose in whose posture the robot stands; `quick` as above, where it is relaxed.
+MapPoint point_in(const Manipulator& manipulator, const TargetPose& target,
+                  const PostureResult& posture, const std::optional<spatial::Stiffness6>& quick,
+                  const std::vector<MapIndex>& indices, const std::vector<Manipulator>& finer) {
+  MapPoint point{.values = std::vector<double>(indices.size(), not_a_number)};
+  if (!is_within_range(manipulator, posture)) return point;
+  Flexibility flexibility;
+  Vector6 deflection = Vector6::Zero();
+  if (is_relaxed_at(manipulator, target)) {
+    flexibility = relaxed_flexibility(manipulator, posture.posture, quick);
+  } else {
+    const Equilibrium loaded = equilibrium_under_load(manipulator, posture.posture, target.load);
+    point.state = MapState::no_equilibrium;
+    if (loaded.status != EquilibriumStatus::converged) return point;
+    point.state = MapState::unstable;
+    if (!loaded.free.stable() || !lasts_with(finer, target)) return point;
+    flexibility = loaded_flexibility(loaded, size_of(posture.posture));
+    deflection = loaded.displacement.coordinates();
+  }
+  point.state = flexibility.has_free_motion() ? MapState::free_motion : MapState::reached;
+  const auto value = [&](const MapIndex& index) {
+    if (index.kind == MapIndex::Kind::critical_force)
+      return critical_force(manipulator, target, posture.posture, index, finer);
+    if (index.kind == MapIndex::Kind::first_frequency)
+      return first_frequency(manipulator, posture.posture);
+    return value_of(index, flexibility, deflection);
+  };
+  std::transform(indices.begin(), indices.end(), point.values.begin(), value);
+  return point;
+}
+
+// Some poses, all by themselves: first the postures, then the stiffness of those that are relaxed.
+std::vector<MapPoint> points_of(const Manipulator& manipulator, const TargetPose* targets,
+                                std::size_t count, const std::vector<MapIndex>& indices,
+                                const std::vector<Manipulator>& finer) {
+  std::vector<spatial::Pose> poses;
+  for (std::size_t i = 0; i < count; ++i) poses.push_back(targets[i].platform);
+  const std::vector<PostureResult> postures = postures_at(manipulator, poses);
+  std::vector<Posture> relaxed;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < count; ++i)
+    if (manipulator.is_parallel() && is_relaxed_at(manipulator, targets[i]) &&
+        is_within_range(manipulator, postures[i])) {
+      relaxed.push_back(postures[i].posture);
+      numbers.push_back(i);
+    }
+  std::vector<std::optional<spatial::Stiffness6>> quick(count);
+  const auto found = unloaded_stiffness_matrices(manipulator, relaxed);
+  for (std::size_t k = 0; k < numbers.size(); ++k) quick[numbers[k]] = found[k];
+  std::vector<MapPoint> points;
+  for (std::size_t i = 0; i < count; ++i)
+    points.push_back(point_in(manipulator, targets[i], postures[i], quick[i], indices, finer));
+  return points;
 }
 
 }  // namespace
@@ -272,32 +350,7 @@ std::string to_string(MapState state) {
 MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
                    const std::vector<MapIndex>& indices, const std::vector<Manipulator>& finer) {
   refuse_critical_force_beside_a_wrench(target.load, indices);
-  MapPoint point{.values = std::vector<double>(indices.size(), not_a_number)};
-  const PostureResult posture = posture_at(manipulator, target.platform);
-  if (!posture.reached || !beyond_range(manipulator, posture.posture).empty()) return point;
-  Flexibility flexibility;
-  Vector6 deflection = Vector6::Zero();
-  if (is_unloaded(target.load) && manipulator.is_relaxed_when_unloaded()) {
-    flexibility = relaxed_flexibility(manipulator, posture.posture);
-  } else {
-    const Equilibrium loaded = equilibrium_under_load(manipulator, posture.posture, target.load);
-    point.state = MapState::no_equilibrium;
-    if (loaded.status != EquilibriumStatus::converged) return point;
-    point.state = MapState::unstable;
-    if (!loaded.free.stable() || !lasts_with(finer, target)) return point;
-    flexibility = loaded_flexibility(loaded, size_of(posture.posture));
-    deflection = loaded.displacement.coordinates();
-  }
-  point.state = flexibility.has_free_motion() ? MapState::free_motion : MapState::reached;
-  const auto value = [&](const MapIndex& index) {
-    if (index.kind == MapIndex::Kind::critical_force)
-      return critical_force(manipulator, target, posture.posture, index, finer);
-    if (index.kind == MapIndex::Kind::first_frequency)
-      return first_frequency(manipulator, posture.posture);
-    return value_of(index, flexibility, deflection);
-  };
-  std::transform(indices.begin(), indices.end(), point.values.begin(), value);
-  return point;
+  return points_of(manipulator, &target, 1, indices, finer).front();
 }
 
 std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
@@ -314,6 +367,8 @@ std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
   if (checkpoint) checkpoint->found = points.size();
   common::Progress silent;
   Clock::time_point saved = Clock::now();
+  for (const TargetPose& target : targets)
+    refuse_critical_force_beside_a_wrench(target.load, indices);
   // Blocks of about half a second, so that progress, cancelling and saving come between them; their
   // size has no other effect.
   std::size_t block = 64;
@@ -328,8 +383,16 @@ std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
     }
     const Clock::time_point began = Clock::now();
     points.resize(first + count);
-    common::parallel_for(count, threads, "poses", silent, [&](std::size_t i) {
-      points[first + i] = map_point(manipulator, targets[first + i], indices, finer);
+    // Poses that share what is found of the chains; enough groups for all threads.
+    const std::size_t together =
+        std::clamp<std::size_t>(count / (4 * static_cast<std::size_t>(threads)), 1, 64);
+    const std::size_t groups = (count + together - 1) / together;
+    common::parallel_for(groups, threads, "poses", silent, [&](std::size_t g) {
+      const std::size_t from = first + g * together;
+      const std::size_t size = std::min(together, first + count - from);
+      std::vector<MapPoint> found =
+          points_of(manipulator, targets.data() + from, size, indices, finer);
+      std::move(found.begin(), found.end(), points.begin() + static_cast<std::ptrdiff_t>(from));
     });
     const double took = seconds_since(began);
     if (took < 0.25) block *= 2;
