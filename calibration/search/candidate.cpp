@@ -49,13 +49,26 @@ bool stays_vertical(const vjm::Chain& chain, Index coordinate, const spatial::Ve
   return std::abs(rise) <= 1e-6 * gravity.norm() * kinematics.reach;
 }
 
-// A drive of a joint that weight may turn, as far as gravity is known.
-bool lifts_weight(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
+// A drive about which weight may turn a chain, as far as gravity is known.
+bool lifts_weight(const vjm::Chain& chain, Index coordinate, const vjm::Manipulator& bare,
+                  bool from_base) {
+  const vjm::Coordinate& c = chain.coordinates()[static_cast<std::size_t>(coordinate)];
+  if (c.role != vjm::Role::actuated || !vjm::is_rotation(c.motion)) return false;
+  return bare.gravity().isZero(0) || !from_base ||
+         !stays_vertical(chain, coordinate, bare.gravity());
+}
+
+// Balancers sit at the first two axes of a chain that lift, which carry all behind them; three
+// where it is not known which lift. Elsewhere their five values only imitate other errors of a
+// drive.
+bool may_be_balanced(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
   const vjm::Chain& chain = bare.chains()[site.chain];
-  const Index k = chain.index_of(site.element);
-  if (chain.coordinates()[static_cast<std::size_t>(k)].role != vjm::Role::actuated) return false;
   const bool from_base = bare.span(site.chain).from == vjm::Span::base;
-  return bare.gravity().isZero(0) || !from_base || !stays_vertical(chain, k, bare.gravity());
+  const Index k = chain.index_of(site.element);
+  if (!lifts_weight(chain, k, bare, from_base)) return false;
+  int before = 0;
+  for (Index i = 0; i < k; ++i) before += lifts_weight(chain, i, bare, from_base) ? 1 : 0;
+  return before < (bare.gravity().isZero(0) ? 3 : 2);
 }
 
 // How many the readings have of a joint; enough where nothing is known of them.
@@ -83,12 +96,12 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
   if (has(robot, candidate.effect) || (kind->lags_behind && !scales.tell_lag)) return std::nullopt;
   const bool is_asked_more = kind->balances_weight || kind->least_commands > 1;
-  if (is_asked_more && std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
-                                    [&](const vjm::EffectSite& site) {
-                                      return (!kind->balances_weight || lifts_weight(site, bare)) &&
-                                             commands_of(site, bare, scales) >=
-                                                 kind->least_commands;
-                                    }))
+  if (is_asked_more &&
+      std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
+                   [&](const vjm::EffectSite& site) {
+                     return (!kind->balances_weight || may_be_balanced(site, bare)) &&
+                            commands_of(site, bare, scales) >= kind->least_commands;
+                   }))
     return std::nullopt;
   for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
     const vjm::EffectParameter& parameter = kind->parameters[k];
@@ -162,7 +175,7 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
                     [&](const Candidate& candidate) { return is_of_kind(candidate.effect); }))
       continue;
     const std::string reason =
-        kind->balances_weight ? "no drive that lifts weight is moved in these readings"
+        kind->balances_weight ? "none of the first axes that lift weight is moved in these readings"
         : kind->least_commands > 1
             ? fmt::format("no joint with a spring is at {} or more commands in these readings",
                           kind->least_commands)

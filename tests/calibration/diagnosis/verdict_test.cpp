@@ -397,7 +397,7 @@ TEST(Verdict, BalancersAreSoughtAtDrives) {
 }
 
 // A drive about a vertical axis lifts nothing, and neither do those behind it about parallel axes;
-// one that tilts allows it for all behind it. Where gravity is not known any may lift.
+// one that tilts allows it for those behind it. Where gravity is not known any may lift.
 TEST(Verdict, BalancersAreSoughtWhereWeightActs) {
   const auto balanced = [](const std::string& gravity, const std::string& second) {
     Laboratory laboratory(
@@ -419,6 +419,27 @@ TEST(Verdict, BalancersAreSoughtWhereWeightActs) {
   EXPECT_THAT(balanced(down, "Rz"), testing::IsEmpty());
   EXPECT_THAT(balanced(down, "Ry"), testing::ElementsAre("arm.q2", "arm.q3"));
   EXPECT_THAT(balanced("", "Rz"), testing::ElementsAre("arm.q1", "arm.q2", "arm.q3"));
+}
+
+// Nobody balances a wrist: behind the first two axes that lift, the third of an arm with a
+// turntable included, the five values of a balancer only imitate an eccentric drive.
+TEST(Verdict, BalancersAreSoughtAtTheFirstAxesThatLift) {
+  const auto balanced = [](const std::string& gravity) {
+    std::string arm = "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\n" +
+                      gravity + "chain_types:\n  arm:\n";
+    for (const char* joint : {"turntable, axis: Rz", "shoulder, axis: Ry", "elbow, axis: Ry",
+                              "roll, axis: Rx", "wrist, axis: Ry"})
+      arm += std::string("    - actuator: {name: ") + joint +
+             ", home: 10, stiffness: 4.0e4 N m/rad}\n    - tool: [300, 0, 0]\n";
+    Laboratory laboratory(arm + "manipulator: {chain: arm}\n");
+    std::vector<std::string> at;
+    for (const Candidate& c : candidates(laboratory.robot(), {"gravity_compensator"}))
+      at.push_back(c.effect.at);
+    return at;
+  };
+  EXPECT_THAT(balanced("gravity: {direction: [0, 0, -1]}\n"),
+              testing::ElementsAre("arm.shoulder", "arm.elbow"));
+  EXPECT_THAT(balanced(""), testing::ElementsAre("arm.turntable", "arm.shoulder", "arm.elbow"));
 }
 
 // A mass weighs nothing where the robot file does not say which way is down.
