@@ -49,18 +49,23 @@ double law_error_like(const std::vector<FoundEffect>& found, const Candidate& ca
   return most;
 }
 
-bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
-  const bool first = step.beside.empty();
-  if (step.max_score.p_value > (first ? significance_level : significance_of_more)) return false;
-  if (step.indistinguishable.empty()) return false;
-  if (is_absurd(step)) return false;
+Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
+  if (step.max_score.p_value > significance_level || step.indistinguishable.empty() ||
+      is_absurd(step))
+    return Finding::nothing;
   const RankedCandidate& best = step.ranking[0];
+  const double more_probable = best.fit->log_evidence - step.log_evidence_without;
   const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation;
-  const bool probable = best.fit->log_evidence - step.log_evidence_without > doubtful;
-  if (first) return predicts || probable;
-  return predicts && probable && step.free_form_probability < 0.5 &&
-         best.fit->discriminability >= discriminable_from &&
-         best.fit->discriminability >= law_error_like(found, best.candidate);
+  const bool probable = more_probable > doubtful;
+  if (step.beside.empty()) return predicts || probable ? Finding::effect : Finding::nothing;
+  // A rest that comes and goes slowly is taken for noise of that kind by the test, and not by the
+  // evidence, which lets the noise be either with the effect and without.
+  const bool excludes_noise = step.takes_rest_for_noise && more_probable > 3 * doubtful;
+  if (step.max_score.p_value > significance_of_more && !excludes_noise) return Finding::nothing;
+  if (!predicts || !probable || best.fit->discriminability < discriminable_from ||
+      best.fit->discriminability < law_error_like(found, best.candidate))
+    return Finding::nothing;
+  return step.free_form_probability < 0.5 ? Finding::effect : Finding::part;
 }
 
 FoundEffect found_effect(const DiagnosisStep& step) {

@@ -24,10 +24,18 @@ struct FoundEffect {
   std::vector<Candidate> instead = {};  // what it may be instead: a law of each other answer
 };
 
+/// What the best of a round is.
+enum class Finding {
+  nothing,
+  part,   // of what is missing: an unmodelled smooth error does better
+  effect  // that was found
+};
+
 /// A found effect exceeds the detection threshold, and improves the prediction of readings that it
 /// was not fitted to or is far more probable than no missing effect. Beside another effect it must
-/// do both, have a higher significance, and not be less likely than an unmodelled smooth error.
-bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found);
+/// do both and have a higher significance; where it is less likely than an unmodelled smooth error,
+/// it may be one of several that are still missing.
+Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found);
 
 /// The best of a round is so large that nobody has seen one, and no better than an unmodelled
 /// smooth error, or it leaves much of the misfit.

@@ -12,6 +12,7 @@ namespace {
 using Eigen::Index;
 
 constexpr std::size_t most_revisions = 8;  // of what was found
+constexpr std::size_t most_additions = 3;  // after revisions
 
 // One that is not needed beside the others, or in whose place another one is better.
 struct Revision {
@@ -56,15 +57,20 @@ class Grower {
     model_.fit = model_.without = fit;
   }
 
-  // Until nothing more is found. The signatures of the first round are there.
-  void add_effects() {
+  // Until nothing more is found. The signatures of the first round are there. Parts of what is
+  // missing stay where all of them together leave nothing. Whether anything was added.
+  bool add_effects() {
+    const std::size_t before = found_.size();
+    std::size_t whole = before;  // so many of those found, the last of which is no part
     while (model_.present.size() < options_.most_effects) {
       if (!model_.present.empty()) search_.screen(model_.present, model_.fit);
       std::vector<BaseFit> fits;
       DiagnosisStep step = search_.step(model_.present, model_.fit, fits);
       check_prediction(model_.present, model_.fit, fits, step);
       grown_.steps.push_back(step);
-      if (!is_found(step, found_)) break;
+      const Finding what = finding(step, found_);
+      if (what == Finding::nothing) break;
+      if (what == Finding::effect) whole = found_.size() + 1;
       model_.fit = fits[0];
       model_.stages.emplace_back(fits[0]);
       if (model_.present.empty()) keep_alone(std::move(fits));
@@ -72,6 +78,8 @@ class Grower {
       model_.present.back().effect.values = step.ranking[0].fit->values;
       found_.push_back(found_effect(step));
     }
+    if (whole < found_.size() && leaves_something()) keep_first(whole);
+    return found_.size() > before;
   }
 
   bool may_hide_a_pair() const {
@@ -93,7 +101,7 @@ class Grower {
         search_.screen({other}, *beside);
         std::vector<BaseFit> fits;
         steps.push_back(search_.step({other}, *beside, fits));
-        if (!is_found(steps.back(), found)) break;
+        if (finding(steps.back(), found) != Finding::effect) break;
         found.push_back(found_effect(steps.back()));
       }
       if (found.size() < 2 || found[0].candidate.name() != pair[0].name() ||
@@ -109,15 +117,22 @@ class Grower {
   }
 
   // The last one has just been found beside all others, as long as all of these stay. A revision
-  // makes the model more probable, or smaller: they end.
-  void eliminate() {
+  // makes the model more probable, or smaller: they end. Whether there was one.
+  bool eliminate() {
     std::size_t count = model_.present.empty() ? 0 : model_.present.size() - 1;
     for (std::size_t revisions = 0; revisions < most_revisions; ++revisions) {
       auto revision = weigh_again(count);
-      if (!revision) return;
+      if (!revision) return revisions > 0;
       revise(*std::move(revision));
       count = model_.present.size() > 1 ? model_.present.size() : 0;
     }
+    return true;
+  }
+
+  // What a revision has taken out may be missing beside what is in the model now.
+  void eliminate_and_add() {
+    for (std::size_t times = 0; times < most_additions && eliminate(); ++times)
+      if (model_.present.empty() || !add_effects()) return;
   }
 
   // What exceeds the detection threshold may still be less probable than that nothing is missing.
@@ -137,6 +152,22 @@ class Grower {
   }
 
  private:
+  // An unmodelled smooth error beside all that was found is more likely than none.
+  bool leaves_something() const {
+    const BaseFit& fit = model_.fit;
+    const double left =
+        search_.free_form().evidence({-fit.at.residual, fit.at.jacobian}, exponent_of(fit)).log;
+    return left > search_.correlated_noise().gain(fit);
+  }
+
+  void keep_first(std::size_t count) {
+    model_.present.erase(model_.present.begin() + static_cast<std::ptrdiff_t>(count),
+                         model_.present.end());
+    model_.stages.resize(count);
+    model_.fit = *model_.stages.back();
+    found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(count), found_.end());
+  }
+
   // Without their states, which are most of what they take: no fit starts there.
   void keep_alone(std::vector<BaseFit> fits) {
     for (BaseFit& fit : fits) fit.model = {};
@@ -247,7 +278,7 @@ Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& se
   if (grower.may_hide_a_pair())
     grower.find_masked_pair();
   else
-    grower.eliminate();
+    grower.eliminate_and_add();
   grower.give_up_doubted();
   Growth grown = std::move(grower).result();
   if (grown.model.present.size() > 1)

@@ -71,8 +71,9 @@ struct RankedCandidate {
 
 /// One round: what is missing beside what was found before?
 struct DiagnosisStep {
-  std::vector<std::string> beside;  // effects that are in the model already
-  MaxScoreTest max_score;           // under the likeliest noise
+  std::vector<std::string> beside;    // effects that are in the model already
+  MaxScoreTest max_score;             // under the likeliest noise
+  bool takes_rest_for_noise = false;  // that noise is correlated, as what is missing may be
   /// Most probable first, then by significance, then unobservable ones.
   std::vector<RankedCandidate> ranking;
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it

@@ -243,6 +243,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   progress_.report("detection threshold", 0);
   const std::optional<std::size_t> correlated = correlated_.prevailing(fit);
+  step.takes_rest_for_noise = correlated.has_value();
   if (correlated) step.max_score = correlated_max_score_test(fit, *correlated);
   std::optional<Screen> screen(std::in_place, space, signatures_);
   if (!correlated)

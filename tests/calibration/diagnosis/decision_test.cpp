@@ -74,6 +74,40 @@ TEST(Replacement, IsByWhatFitsBetterBesideTheOthers) {
   EXPECT_TRUE(is_replaced(step, found, 404));
 }
 
+// What is still missing beside one that was found, in a round with a decided winner.
+DiagnosisStep next_round(double p_value) {
+  DiagnosisStep step = round_of({fitted("clearance", "q2", 0), fitted("creep", "q1", -30)});
+  step.beside = {"friction at q1"};
+  step.indistinguishable = {0};
+  step.max_score.p_value = p_value;
+  step.ranking[0].fit->log_score_gain = 40;
+  step.ranking[0].fit->log_score_deviation = 10;
+  step.ranking[0].fit->discriminability = 25;
+  return step;
+}
+
+TEST(Finding, IsAPartWhereASmoothErrorDoesBetter) {
+  DiagnosisStep step = next_round(0.002);
+  EXPECT_EQ(finding(step, {}), Finding::effect);
+  step.free_form_probability = 0.9;
+  EXPECT_EQ(finding(step, {}), Finding::part);
+  step.ranking[0].fit->log_score_gain = 5;  // within its deviation
+  EXPECT_EQ(finding(step, {}), Finding::nothing);
+}
+
+// A rest that fades slowly passes for noise that does; evidence has weighed that already.
+TEST(Finding, IsNoAlarmWhereTheEvidenceExcludesCorrelatedNoise) {
+  DiagnosisStep step = next_round(0.038);
+  EXPECT_EQ(finding(step, {}), Finding::nothing);  // with independent noise
+  step.takes_rest_for_noise = true;
+  EXPECT_EQ(finding(step, {}), Finding::effect);
+  step.log_evidence_without = -12;  // no more than e^12 to 1
+  EXPECT_EQ(finding(step, {}), Finding::nothing);
+  step = next_round(0.2);
+  step.takes_rest_for_noise = true;
+  EXPECT_EQ(finding(step, {}), Finding::nothing);
+}
+
 // A round that did not fit it decides nothing of it.
 TEST(Replacement, LeavesTheDecisionOfWhatARoundDidNotFit) {
   const DiagnosisStep before =
