@@ -60,4 +60,10 @@ void give_back_free_memory() {
 #endif
 }
 
+void give_back_large_blocks() {
+#ifdef M_MMAP_THRESHOLD
+  mallopt(M_MMAP_THRESHOLD, 128 << 10);
+#endif
+}
+
 }  // namespace kinetostat::common

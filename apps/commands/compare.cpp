@@ -1,7 +1,6 @@
 // kinetostat compare: a model against measurements.
 #include "kinetostat/calibration/comparison/compare.h"
 
-#include <malloc.h>
 #include <memory>
 
 #include <fmt/format.h>
@@ -21,14 +20,6 @@
 
 namespace kinetostat::apps {
 namespace {
-
-// Large blocks go back to the system when they are freed, whatever sizes there have been before: a
-// long table needs a tenth less memory.
-void give_back_large_blocks() {
-#ifdef M_MMAP_THRESHOLD
-  mallopt(M_MMAP_THRESHOLD, 128 << 10);
-#endif
-}
 
 struct CompareRequest {
   CampaignRequest campaign;
@@ -89,7 +80,6 @@ std::string after_comparison(const CompareRequest& request,
 }
 
 io::Json compare(const CompareRequest& request, Run& run) {
-  give_back_large_blocks();
   if (!request.before.empty()) return compare_both(request, run);
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
