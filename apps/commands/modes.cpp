@@ -54,9 +54,10 @@ auto writer_of(const std::string& file)
   if (extension == ".py") return fea::reduced_exudyn;
   if (extension == ".inp") return fea::reduced_deck;
   if (extension == ".fem") return fea::reduced_mbdyn;
+  if (extension == ".hpp") return fea::reduced_chrono;
   throw UsageError("--reduced", "'" + extension + "' does not say the format",
                    "End it with .m or .mat (MATLAB, Simscape), .py (EXUDYN), .inp (CalculiX, "
-                   "Abaqus) or .fem (MBDyn)");
+                   "Abaqus), .fem (MBDyn) or .hpp (Chrono)");
 }
 
 // Computes, and writes what needs the whole model.
@@ -270,7 +271,7 @@ void add_modes(Program& program) {
   app.add_outputs("--reduced", request->reduced,
                   "Write stiffness and mass of the free link, with as many modes held at its "
                   "interfaces: .m or .mat (MATLAB, Simscape), .py (EXUDYN), .inp (CalculiX, "
-                  "Abaqus), .fem (MBDyn); any number of times");
+                  "Abaqus), .fem (MBDyn), .hpp (Chrono); any number of times");
   app.add_output("--vtu", request->vtu, "Write the shapes of the modes for ParaView");
   app.add_option("--time", request->refinement.time_limit,
                  "Start no finer mesh after so many seconds; the best result so far is given")

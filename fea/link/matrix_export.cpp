@@ -119,9 +119,8 @@ void append_matrix(std::string& bytes, const std::string& name, const MatrixXd& 
     }
 }
 
-// --- EXUDYN
-
-std::string python_text(const std::string& text) {
+// A text of Python or C++.
+std::string double_quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : common::printable(text)) {
     if (c == '"' || c == '\\') out += '\\';
@@ -129,6 +128,14 @@ std::string python_text(const std::string& text) {
   }
   return out + "\"";
 }
+
+// Letters, digits and underscores alone, as names of sets and namespaces must be.
+std::string identifier(std::string out, const std::string& name) {
+  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  return out;
+}
+
+// --- EXUDYN
 
 std::string python_array(const std::string& name, const MatrixXd& values) {
   std::string text = fmt::format("{} = np.array([\n", name);
@@ -158,13 +165,6 @@ def add_to(mbs):
 )";
 
 // --- CalculiX and Abaqus
-
-// Letters, digits and underscores, as the names of sets must be.
-std::string set_name(const std::string& name) {
-  std::string out = "N_";
-  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-  return out;
-}
 
 // Numbers have at most 20 characters, as CalculiX reads them.
 class Deck {
@@ -210,7 +210,7 @@ class Deck {
 
   void add_sets() {
     for (std::size_t i = 0; i < result_.interfaces.size(); ++i) {
-      const std::string name = set_name(result_.interfaces[i].name);
+      const std::string name = identifier("N_", result_.interfaces[i].name);
       add("*NSET, NSET={}_translation\n{}\n*NSET, NSET={}_rotation\n{}\n", name, 2 * i + 1, name,
           2 * i + 2);
     }
@@ -310,6 +310,127 @@ class ModalData {
   std::string text_;
 };
 
+// --- Chrono
+
+// Chrono counts coordinates inside by nodes of six, and searches modes in a subspace of twice as
+// many: where there are hardly more coordinates than modes, it misses high ones. The others are
+// oscillators on their own, above all modes.
+ReducedModel in_whole_nodes(const ReducedModel& model) {
+  const Index size = model.mass.rows(), modes = size - model.interface_motions, others = modes + 3,
+              whole = 6 * ((size + others + 5) / 6);
+  ReducedModel out{.stiffness = MatrixXd::Zero(whole, whole),
+                   .mass = MatrixXd::Identity(whole, whole),
+                   .interface_motions = model.interface_motions};
+  out.stiffness.topLeftCorner(size, size) = model.stiffness;
+  out.mass.topLeftCorner(size, size) = model.mass;
+  const double highest = model.stiffness.diagonal().tail(modes).maxCoeff();
+  for (Index k = size; k < whole; ++k)
+    out.stiffness(k, k) = static_cast<double>((k - size + 2) * (k - size + 2)) * highest;
+  return out;
+}
+
+std::string cpp_entries(const char* name, const MatrixXd& values) {
+  std::string text = fmt::format("constexpr Entry {}[] = {{\n", name);
+  for (Index i = 0; i < values.rows(); ++i)
+    for (Index j = 0; j < values.cols(); ++j)
+      if (values(i, j) != 0) text += fmt::format("    {{{}, {}, {}}},\n", i, j, values(i, j));
+  return text + "};\n\n";
+}
+
+std::string cpp_interfaces(const ModalResult& result) {
+  std::string text = "constexpr Interface interfaces[] = {\n";
+  for (const CoupledInterface& interface : result.interfaces) {
+    const Vector3& p = interface.point;
+    text += fmt::format("    {{{}, {{{}, {}, {}}}}},\n", double_quoted(interface.name), p.x(),
+                        p.y(), p.z());
+  }
+  return text + "};\n\n";
+}
+
+constexpr char chrono_start[] = R"(#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "chrono/fea/ChMesh.h"
+#include "chrono/fea/ChNodeFEAxyzrot.h"
+#include "chrono/physics/ChSystem.h"
+#include "chrono_modal/ChModalAssembly.h"
+
+)";
+
+constexpr char chrono_types[] = R"(struct Interface {
+  const char* name;
+  double point[3];
+};
+
+struct Entry {
+  int row, column;  // from 0 on
+  double value;
+};
+
+)";
+
+constexpr char chrono_function[] = R"(struct Link {
+  std::shared_ptr<chrono::modal::ChModalAssembly> assembly;
+  std::vector<std::shared_ptr<chrono::fea::ChNodeFEAxyzrot>> nodes;  // of the interfaces
+};
+
+// Translations in absolute axes and rotations in those of the nodes, as Chrono has them.
+template <int count>
+chrono::ChSparseMatrix matrix(const Entry (&entries)[count], const chrono::ChFrame<>& frame) {
+  std::vector<Eigen::Triplet<double>> values, turns;
+  for (const Entry& entry : entries) values.emplace_back(entry.row, entry.column, entry.value);
+  for (int k = 0; k < size; ++k)
+    if (k % 6 >= 3)
+      turns.emplace_back(k, k, 1.0);
+    else
+      for (int j = 0; j < 3; ++j) turns.emplace_back(k, k - k % 3 + j, frame.GetRotMat()(k % 3, j));
+  chrono::ChSparseMatrix given(size, size), turn(size, size);
+  given.setFromTriplets(values.begin(), values.end());
+  turn.setFromTriplets(turns.begin(), turns.end());
+  const chrono::ChSparseMatrix back = turn.transpose();
+  return turn * given * back;
+}
+
+// Adds the link to a system, the axes of the mesh at `frame`, with a node at the point of each
+// interface: join these to others, load them. `solver` finds the modes again: give it their number,
+// as ChModalSolverUndamped<ChUnsymGenEigenvalueSolverKrylovSchur>(modes).
+template <class ModalSolver>
+Link add_to(chrono::ChSystem& system, const ModalSolver& solver,
+            const chrono::ChFrame<>& frame = chrono::ChFrame<>(),
+            const chrono::modal::ChModalDamping& damping = chrono::modal::ChModalDampingNone()) {
+  using namespace chrono;
+  Link link;
+  link.assembly = chrono_types::make_shared<modal::ChModalAssembly>();
+  system.Add(link.assembly);
+  link.assembly->SetReductionType(modal::ChModalAssembly::ReductionType::CRAIG_BAMPTON);
+  link.assembly->SetInternalNodesUpdate(false);    // they are coordinates of modes
+  link.assembly->SetModalAutomaticGravity(false);  // it would leave out moments about the nodes
+  const auto outside = chrono_types::make_shared<fea::ChMesh>();
+  const auto inside = chrono_types::make_shared<fea::ChMesh>();
+  link.assembly->Add(outside);
+  link.assembly->AddInternal(inside);
+  const auto node_at = [&](const Interface& place) {
+    const double* p = place.point;
+    const ChVector3d point = frame.TransformPointLocalToParent(ChVector3d(p[0], p[1], p[2]));
+    auto node = chrono_types::make_shared<fea::ChNodeFEAxyzrot>(ChFrame<>(point, frame.GetRot()));
+    node->SetMass(0);
+    node->GetInertia().setZero();
+    return node;
+  };
+  for (const Interface& place : interfaces) {
+    link.nodes.push_back(node_at(place));
+    outside->AddNode(link.nodes.back());
+  }
+  for (int k = 6 * static_cast<int>(link.nodes.size()); k < size; k += 6)
+    inside->AddNode(node_at(interfaces[0]));
+  ChSparseMatrix mass = matrix(M, frame), stiffness = matrix(K, frame), constraints(0, size);
+  link.assembly->DoModalReduction(mass, stiffness, constraints, solver, damping);
+  return link;
+}
+)";
+
 }  // namespace of_reduced
 
 }  // namespace
@@ -361,11 +482,11 @@ std::string reduced_mat(const ModalResult& result, const ReducedModel& model) {
 std::string reduced_exudyn(const ModalResult& result, const ReducedModel& model) {
   using namespace of_reduced;
   std::string text = comment(result, "# ") +
-                     "import numpy as np\n\nname = " + python_text(result.name) +
+                     "import numpy as np\n\nname = " + double_quoted(result.name) +
                      "\nfreedoms = [\n";
   for (const CoupledInterface& interface : result.interfaces)
     for (const char* motion : motions)
-      text += fmt::format("    {},\n", python_text(interface.name + "." + motion));
+      text += fmt::format("    {},\n", double_quoted(interface.name + "." + motion));
   for (Index k = model.interface_motions; k < model.mass.rows(); ++k)
     text += fmt::format("    \"mode {}\",\n", k - model.interface_motions + 1);
   return text + "]\n" + python_array("origins", origins_of(result)) +
@@ -380,6 +501,22 @@ std::string reduced_deck(const ModalResult& result, const ReducedModel& model) {
 std::string reduced_mbdyn(const ModalResult& result, const ReducedModel& model) {
   using namespace of_reduced;
   return ModalData(result, model).run();
+}
+
+std::string reduced_chrono(const ModalResult& result, const ReducedModel& model) {
+  using namespace of_reduced;
+  const ReducedModel nodal = in_whole_nodes(model);
+  const std::string name = identifier("link_", result.name);
+  return comment(result, "// ") + chrono_start +
+         fmt::format("namespace {} {{\n\nconstexpr int modes = {};\n", name,
+                     model.mass.rows() - model.interface_motions) +
+         fmt::format(
+             "constexpr int size = {};  // of K and M: interfaces, modes, and oscillators on "
+             "their own\n\n",
+             nodal.mass.rows()) +
+         chrono_types + cpp_interfaces(result) + cpp_entries("K", nodal.stiffness) +
+         cpp_entries("M", nodal.mass) + chrono_function +
+         fmt::format("\n}}  // namespace {}\n", name);
 }
 
 }  // namespace kinetostat::fea

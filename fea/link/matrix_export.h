@@ -43,4 +43,10 @@ std::string reduced_deck(const ModalResult& result, const ReducedModel& model);
 /// lost of small motions. M must be positive definite.
 std::string reduced_mbdyn(const ModalResult& result, const ReducedModel& model);
 
+/// A C++ header with K, M and the interfaces, and a function that adds the link to a system of
+/// Project Chrono as a ChModalAssembly, whose floating frame turns with it: a ChNodeFEAxyzrot for
+/// each interface, the modes six by six as nodes inside, which Chrono's own reduction by Craig and
+/// Bampton keeps. At least one mode.
+std::string reduced_chrono(const ModalResult& result, const ReducedModel& model);
+
 }  // namespace kinetostat::fea

@@ -289,7 +289,6 @@ TEST_F(ModesCommand, WritesAReducedModelThatCalculixSolves) {
   }
 }
 
-// Rigid motions of the reduced mass have the mass of the link.
 // The record groups of MBDyn's modal joint, by number, as its manual describes them: comments are
 // lines that start with "**", numbers stand in any lines.
 std::map<int, std::vector<double>> record_groups(const std::string& text) {
@@ -367,6 +366,74 @@ TEST_F(ModesCommand, WritesAReducedModelForMbdyn) {
     EXPECT_NEAR(std::sqrt(found.eigenvalues()[i] / expected.eigenvalues()[i]), 1, 1e-6) << i;
 }
 
+// The matrix "constexpr Entry NAME[] = {{row, column, value}, ..};" of a header.
+Eigen::MatrixXd entries_of(const std::string& header, const std::string& name) {
+  int size = 0;
+  (void)std::sscanf(header.c_str() + header.find("constexpr int size"), "constexpr int size = %d",
+                    &size);
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
+  std::istringstream lines(header.substr(header.find("constexpr Entry " + name + "[] = {\n")));
+  std::string line;
+  std::getline(lines, line);
+  int row = 0, column = 0;
+  double value = 0;
+  while (std::getline(lines, line) &&
+         std::sscanf(line.c_str(), " {%d, %d, %lf}", &row, &column, &value) == 3)
+    matrix(row, column) = value;
+  return matrix;
+}
+
+// What ChModalAssembly makes of K and M, as its sources say: modes with the nodes outside held, of
+// which it keeps the lowest, beside the answers to motions of these nodes.
+Eigen::MatrixXd chrono_basis(const Eigen::MatrixXd& k, const Eigen::MatrixXd& m,
+                             Eigen::Index outside, Eigen::Index modes) {
+  const Eigen::Index inside = k.rows() - outside;
+  const auto k_ii = k.bottomRightCorner(inside, inside), m_ii = m.bottomRightCorner(inside, inside);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> held(k_ii, m_ii);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(k.rows(), outside + modes);
+  basis.topLeftCorner(outside, outside).setIdentity();
+  basis.bottomLeftCorner(inside, outside) = -k_ii.ldlt().solve(k.bottomLeftCorner(inside, outside));
+  basis.bottomRightCorner(inside, modes) =
+      -k_ii.ldlt().solve(m_ii * held.eigenvectors().leftCols(modes));
+  for (Eigen::Index i = outside; i < basis.cols(); ++i)
+    basis.col(i) /= std::sqrt(basis.col(i).dot(m * basis.col(i)));
+  return basis;
+}
+
+// Of a clamped link: the first node at rest.
+TEST_F(ModesCommand, WritesAReducedModelForChrono) {
+  const io::Json given = result("--modes 10 --reduced reduced.m --reduced reduced.hpp");
+  const std::string script = io::read_text(working_folder() / "reduced.m"),
+                    header = io::read_text(working_folder() / "reduced.hpp");
+  EXPECT_THAT(header, HasSubstr("\nnamespace link_test_bar {\n\nconstexpr int modes = 10;\n"));
+  EXPECT_THAT(header, HasSubstr("// Not in this file: damping, gravity, "));
+  EXPECT_THAT(header, HasSubstr("    {\"loaded\", {0.31, 0, 0}},\n"));
+  const Eigen::MatrixXd all_k = entries_of(header, "K"), all_m = entries_of(header, "M");
+  ASSERT_EQ(all_k.rows() % 6, 0);
+  ASSERT_GE(all_k.rows(), 12 + 2 * 10 + 3);  // Chrono searches among twice as many
+  const Eigen::MatrixXd basis = chrono_basis(all_k, all_m, 12, 10);
+  const Eigen::MatrixXd k = (basis.transpose() * all_k * basis).bottomRightCorner(16, 16),
+                        m = (basis.transpose() * all_m * basis).bottomRightCorner(16, 16);
+  const Eigen::MatrixXd exact_k = matrix_of(script, "K").bottomRightCorner(16, 16),
+                        exact_m = matrix_of(script, "M").bottomRightCorner(16, 16);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> found(k, m),
+      expected(exact_k, exact_m);
+  for (Eigen::Index i = 0; i < 16; ++i)
+    EXPECT_NEAR(std::sqrt(found.eigenvalues()[i] / expected.eigenvalues()[i]), 1, 1e-6) << i;
+  const double first = given["modes"][0]["frequency"].get<double>();
+  EXPECT_NEAR(std::sqrt(found.eigenvalues()[0]) / (2 * M_PI), first, 1e-5 * first);
+  ASSERT_EQ(kinetostat("identify rod.yaml -q -o rod.json").code, 0);
+  const io::Json link = io::read_json(working_folder() / "rod.json");
+  const Eigen::MatrixXd compliance = k.inverse().topLeftCorner<6, 6>();
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j < 6; ++j) {
+      const auto at = [](std::size_t n) { return static_cast<Eigen::Index>(n); };
+      EXPECT_NEAR(compliance(at(i), at(j)), link["compliance"][i][j].get<double>(),
+                  1e-6 * std::sqrt(compliance(at(i), at(i)) * compliance(at(j), at(j))));
+    }
+}
+
+// Rigid motions of the reduced mass have the mass of the link.
 TEST_F(ModesCommand, IdentifyWritesTheMassBetweenTheInterfaces) {
   ASSERT_EQ(kinetostat("identify rod.yaml -q -o rod.json").code, 0);
   const io::Json link = io::read_json(working_folder() / "rod.json");
