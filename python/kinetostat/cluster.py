@@ -10,15 +10,20 @@ import argparse
 import os
 import pathlib
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
+import time
 from typing import Any, Callable, List, Optional, Sequence, Union
 
 __all__ = ["program", "run", "sweep"]
 
 #: How often parts may lose their workers, more often than the scheduler itself allows, before one counts as the cause.
 MOST_LOSSES = 20
+
+#: How long the address of a scheduler may be refused before there is none [s]: one that was just started does not listen yet.
+REFUSED = 3.0
 
 
 def program() -> str:
@@ -87,14 +92,36 @@ def _parts(client: Any, words: List[str], count: int, folder: str, scratch: str,
     return sorted(files)
 
 
+def _wait_for_listener(address: str) -> None:
+    """Raises OSError where the address of a scheduler is unknown or refused: Dask itself tries again there for as long as it waits
+    for a slow one (30 s). Of one that is slow or far away it returns, as Dask has the patience."""
+    from distributed.comm.addressing import parse_address, parse_host_port
+    protocol, place = parse_address(address)
+    if protocol not in ("tcp", "tls"):
+        return
+    end = time.monotonic() + REFUSED
+    while True:
+        try:
+            socket.create_connection(parse_host_port(place), timeout=REFUSED).close()
+            return
+        except (ConnectionRefusedError, socket.gaierror):
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.2)
+        except OSError:
+            return
+
+
 def run(words: Sequence[str], out: Union[str, "os.PathLike[str]"], *, scheduler: Any = None, parts: int = 0, workers: int = 0,
         progress: Optional[Callable[[str, float], object]] = None) -> pathlib.Path:
     """Runs a command (its words, without `kinetostat`, --part and -o) in parts and writes the table that is joined to `out`.
 
     `scheduler`: the address of a Dask scheduler, or a distributed.Client; None: a cluster of its own on this machine, of `workers`
     processes (one a processor). `parts`: 8 for each worker unless given. Of draws (--draws), `out` is the table for --drawn.
-    Throws CommandFailed with the words of the program."""
+    Throws CommandFailed with the words of the program, OSError where no scheduler answers."""
     from distributed import Client, LocalCluster
+    if isinstance(scheduler, str):
+        _wait_for_listener(scheduler)
     with tempfile.TemporaryDirectory(prefix="kinetostat-") as scratch:
         own = None
         if scheduler is None:

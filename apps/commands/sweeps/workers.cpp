@@ -41,7 +41,7 @@ UsageError refusal(const std::string& scheduler, const common::ChildResult& chil
             "Install python3-kinetostat, or build with -D KINETOSTAT_PYTHON=ON"};
   if (said("No module named 'distributed'"))
     return {"--scheduler", "Dask is not installed", "Install python3-distributed"};
-  if (said("Timed out") || said("ConnectionRefused") || said("CommClosedError"))
+  if (said("Timed out") || said("ConnectionRefused") || said("gaierror") || said("CommClosedError"))
     return {"--scheduler", fmt::format("no scheduler answers at {}", scheduler),
             "Start one with 'dask-scheduler', and workers with 'dask-worker', or give 'local'"};
   if (child.code == bad_usage || child.code == bad_input)  // the program's own words
