@@ -10,16 +10,9 @@
 #include <Eigen/Core>
 
 #include "kinetostat/spatial/pose.h"
+#include "kinetostat/vjm/manipulator/joint_place.h"
 
 namespace kinetostat::vjm {
-
-/// A coordinate of a chain that is a joint of it.
-struct JointPlace {
-  std::size_t chain = 0;
-  Eigen::Index coordinate = 0;
-
-  bool operator==(const JointPlace&) const = default;
-};
 
 /// The rest of a manipulator with one joint held, everything else in equilibrium.
 class CondensedJoint {

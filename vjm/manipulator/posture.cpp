@@ -1,14 +1,15 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
-#include "kinetostat/common/spelling.h"
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/kinematics.h"
+#include "kinetostat/vjm/manipulator/joint_place.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -87,20 +88,104 @@ VectorXd starting_point(const Chain& chain, int start, double length) {
   return x;
 }
 
+// A coordinate that keeps its value.
+struct HeldCoordinate {
+  Index coordinate;
+  double value;
+};
+using HeldCoordinates = std::vector<HeldCoordinate>;  // of one chain
+
+bool is_held(const HeldCoordinates& held, Index coordinate) {
+  return std::any_of(held.begin(), held.end(), [coordinate](const HeldCoordinate& one) {
+    return one.coordinate == coordinate;
+  });
+}
+
+// Held coordinates on their way from where they stand in a posture to their values. Steps are so
+// small that the posture can follow on its branch.
+class WayToHeld {
+ public:
+  WayToHeld(const Chain& chain, const VectorXd& x, HeldCoordinates held, double length)
+      : held_(std::move(held)) {
+    constexpr double largest_step = 0.1;  // [rad], and of the length
+    for (const HeldCoordinate& one : held_) {
+      const bool turns =
+          is_rotation(chain.coordinates()[static_cast<std::size_t>(one.coordinate)].motion);
+      const double way = one.value - x[one.coordinate];
+      constexpr double turn = 2 * std::numbers::pi;
+      way_.push_back(turns ? std::remainder(way, turn) : way);
+      steps_ = std::max(steps_, std::abs(way_.back()) / (largest_step * (turns ? 1 : length)));
+    }
+    steps_ = std::clamp(std::ceil(steps_), 1.0, most_steps);
+  }
+
+  int steps() const { return static_cast<int>(steps_); }
+  // The last step is the value itself, to the bit.
+  void set(int step, int steps, VectorXd& x) const {
+    for (std::size_t i = 0; i < held_.size(); ++i)
+      x[held_[i].coordinate] = held_[i].value - way_[i] * (steps - step) / steps;
+  }
+
+ private:
+  static constexpr double most_steps = 200;
+  HeldCoordinates held_;
+  std::vector<double> way_;
+  double steps_ = 1;
+};
+
 // Inverse kinematics of one chain.
 class ChainPostureSolver {
  public:
-  ChainPostureSolver(const Chain& chain, const Pose& target, const PostureOptions& options)
-      : chain_(chain), target_(target), options_(options) {
+  ChainPostureSolver(const Chain& chain, const Pose& target, HeldCoordinates held,
+                     const PostureOptions& options)
+      : chain_(chain), target_(target), held_(std::move(held)), options_(options) {
     length_ = chain_scale(chain, kinematics_, chain.home());
+    for (const Index k : chain.posture_coordinates())
+      if (!is_held(held_, k)) free_.push_back(k);
+  }
+
+  VectorXd solve() {
+    if (held_.empty()) return solve_from_starts();
+    ChainPostureSolver unheld(chain_, target_, {}, options_);
+    const VectorXd x = unheld.solve();
+    if (!unheld.is_reached(x)) return x;  // nor is it with joints held
+    const VectorXd followed = follow(x);
+    return is_reached(followed) ? followed : solve_from_starts();
+  }
+
+  Vector6 error(const VectorXd& x) {
+    evaluate(chain_, x, kinematics_);
+    return scaled_difference(kinematics_.end, target_, length_);
+  }
+  bool is_reached(const VectorXd& x) {
+    return error(x).lpNorm<Eigen::Infinity>() <= accepted() &&
+           std::all_of(held_.begin(), held_.end(),
+                       [&x](const HeldCoordinate& one) { return x[one.coordinate] == one.value; });
+  }
+  double length() const { return length_; }
+
+ private:
+  double accepted() const { return posture_accuracy(length_, target_, options_).accepted; }
+  double sought() const { return posture_accuracy(length_, target_, options_).sought; }
+
+  VectorXd follow(VectorXd x) {
+    const WayToHeld way(chain_, x, held_, length_);
+    for (int step = 1; step <= way.steps(); ++step) {
+      way.set(step, way.steps(), x);
+      x = solve_from(x);
+      if (error(x).lpNorm<Eigen::Infinity>() > accepted()) break;
+    }
+    return x;
   }
 
   // The first start that reaches the target, else the one that comes nearest.
-  VectorXd solve() {
+  VectorXd solve_from_starts() {
     VectorXd best = chain_.home();
     double best_error = std::numeric_limits<double>::infinity();
     for (int start = 0; start <= options_.restarts; ++start) {
-      const VectorXd x = solve_from(starting_point(chain_, start, length_));
+      VectorXd from = starting_point(chain_, start, length_);
+      for (const HeldCoordinate& one : held_) from[one.coordinate] = one.value;
+      const VectorXd x = solve_from(from);
       const double e = error(x).lpNorm<Eigen::Infinity>();
       if (e < best_error) {
         best = x;
@@ -111,27 +196,17 @@ class ChainPostureSolver {
     return best;
   }
 
-  Vector6 error(const VectorXd& x) {
-    evaluate(chain_, x, kinematics_);
-    return scaled_difference(kinematics_.end, target_, length_);
-  }
-  double accepted() const { return posture_accuracy(length_, target_, options_).accepted; }
-  double length() const { return length_; }
-
- private:
-  double sought() const { return posture_accuracy(length_, target_, options_).sought; }
-
   VectorXd solve_from(const VectorXd& start) {
-    const auto& free = chain_.posture_coordinates();
-    const auto n = static_cast<Index>(free.size());
+    const auto n = static_cast<Index>(free_.size());
+    if (n == 0) return start;
     VectorXd x = start, unit = VectorXd::Ones(n), z(n);
     for (Index k = 0; k < n; ++k) {
-      const Index c = free[static_cast<std::size_t>(k)];
+      const Index c = free_[static_cast<std::size_t>(k)];
       if (is_rotation(chain_.coordinates()[static_cast<std::size_t>(c)].motion)) unit[k] = length_;
       z[k] = x[c] * unit[k];
     }
     const auto set = [&](const VectorXd& values) {
-      for (Index k = 0; k < n; ++k) x[free[static_cast<std::size_t>(k)]] = values[k] / unit[k];
+      for (Index k = 0; k < n; ++k) x[free_[static_cast<std::size_t>(k)]] = values[k] / unit[k];
     };
     z = solve_least_squares(
         z,
@@ -141,7 +216,7 @@ class ChainPostureSolver {
           residual.jacobian.resize(6, n);
           for (Index k = 0; k < n; ++k)
             residual.jacobian.col(k) =
-                -kinematics_.jacobian.col(free[static_cast<std::size_t>(k)]) / unit[k];
+                -kinematics_.jacobian.col(free_[static_cast<std::size_t>(k)]) / unit[k];
           residual.jacobian.bottomRows<3>() *= length_;
         },
         0.1 * sought(), options_.max_iterations);
@@ -151,7 +226,9 @@ class ChainPostureSolver {
 
   const Chain& chain_;
   Pose target_;
+  HeldCoordinates held_;
   PostureOptions options_;
+  std::vector<Index> free_;
   ChainKinematics kinematics_;
   double length_ = 1;
 };
@@ -162,39 +239,14 @@ std::string miss_text(const std::string& chain, const Vector6& error) {
       chain, 1e3 * error.head<3>().norm(), error.tail<3>().norm() * 180 / M_PI);
 }
 
-struct JointName {
-  std::size_t chain;
-  Index coordinate;
-};
-
-JointName find_joint(const Manipulator& manipulator, const std::string& name) {
-  std::vector<JointName> found;
-  std::vector<std::string> known;
-  for (std::size_t c = 0; c < manipulator.size(); ++c) {
-    const Chain& chain = manipulator.chains()[c];
-    for (const Index k : chain.posture_coordinates()) {
-      const std::string& joint = chain.coordinates()[static_cast<std::size_t>(k)].name;
-      known.push_back(chain.name() + "." + joint);
-      if (manipulator.size() == 1) known.push_back(joint);
-      if (name == joint || name == chain.name() + "." + joint) found.push_back({c, k});
-    }
-  }
-  if (found.size() == 1) return found[0];
-  if (found.size() > 1)
-    throw std::invalid_argument(
-        fmt::format("the joint '{}' is in several chains: write <chain>.{}", name, name));
-  const std::string near = common::nearest_spelling(name, known);
-  throw std::invalid_argument(fmt::format("there is no joint '{}'{}", name,
-                                          near.empty() ? "" : " (did you mean '" + near + "'?)"));
-}
-
 // Closes all loops at once: unknown are the poses of the bodies (the platform's too, unless it is
-// given) and the joints that are free to choose.
+// given) and the joints that are free to choose: not those held, of each chain.
 class LoopCloser {
  public:
   LoopCloser(const Manipulator& manipulator, std::vector<VectorXd> start,
-             const std::optional<Pose>& platform, const PostureOptions& options)
-      : manipulator_(manipulator), options_(options), platform_given_(platform) {
+             const std::optional<Pose>& platform, const std::vector<HeldCoordinates>& held,
+             const PostureOptions& options)
+      : manipulator_(manipulator), options_(options), platform_given_(platform), held_(held) {
     posture_.coordinates = std::move(start);
     kinematics_.resize(manipulator.size());
     for (std::size_t c = 0; c < manipulator.size(); ++c)
@@ -260,6 +312,7 @@ class LoopCloser {
       const Chain& chain = manipulator_.chains()[c];
       for (const Index k : chain.posture_coordinates()) {
         const Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
+        if (is_held(held_[c], k)) continue;
         if (coordinate.role == Role::passive || platform_given_)
           joints_.push_back({c, k, is_rotation(coordinate.motion) ? length_ : 1.0});
       }
@@ -331,6 +384,7 @@ class LoopCloser {
   const Manipulator& manipulator_;
   PostureOptions options_;
   std::optional<Pose> platform_given_;
+  std::vector<HeldCoordinates> held_;
   Posture posture_;
   std::vector<Pose> bodies_;
   std::vector<Joint> joints_;
@@ -344,17 +398,26 @@ std::vector<VectorXd> home_of(const Manipulator& manipulator) {
   return home;
 }
 
+std::vector<HeldCoordinates> nothing_held(const Manipulator& manipulator) {
+  return std::vector<HeldCoordinates>(manipulator.size());
+}
+
 // Mechanisms with inner bodies: from home, then from scattered starts like single chains.
-PostureResult mechanism_posture_at(const Manipulator& manipulator, const Pose& target,
-                                   const PostureOptions& options) {
+PostureResult mechanism_from_starts(const Manipulator& manipulator, const Pose& target,
+                                    const std::vector<HeldCoordinates>& held,
+                                    const PostureOptions& options) {
   PostureResult best;
   for (int start = 0; start <= options.restarts; ++start) {
     std::vector<VectorXd> coordinates;
     ChainKinematics kinematics;
-    for (const Chain& chain : manipulator.chains())
+    for (std::size_t c = 0; c < manipulator.size(); ++c) {
+      const Chain& chain = manipulator.chains()[c];
       coordinates.push_back(
           starting_point(chain, start, chain_scale(chain, kinematics, chain.home())));
-    PostureResult result = LoopCloser(manipulator, std::move(coordinates), target, options).solve();
+      for (const HeldCoordinate& one : held[c]) coordinates[c][one.coordinate] = one.value;
+    }
+    PostureResult result =
+        LoopCloser(manipulator, std::move(coordinates), target, held, options).solve();
     if (start == 0 || result.reached || result.error.norm() < best.error.norm())
       best = std::move(result);
     if (best.reached) break;
@@ -362,9 +425,45 @@ PostureResult mechanism_posture_at(const Manipulator& manipulator, const Pose& t
   return best;
 }
 
-}  // namespace
+// The same with the held joints led from where they stand in a posture to their values.
+PostureResult mechanism_followed(const Manipulator& manipulator, PostureResult from,
+                                 const std::vector<HeldCoordinates>& held,
+                                 const PostureOptions& options) {
+  const Pose target = from.posture.platform;
+  std::vector<WayToHeld> ways;
+  int steps = 1;
+  ChainKinematics kinematics;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    ways.emplace_back(chain, from.posture.coordinates[c], held[c],
+                      chain_scale(chain, kinematics, chain.home()));
+    steps = std::max(steps, ways.back().steps());
+  }
+  for (int step = 1; step <= steps && from.reached; ++step) {
+    std::vector<VectorXd> coordinates = from.posture.coordinates;
+    for (std::size_t c = 0; c < manipulator.size(); ++c) ways[c].set(step, steps, coordinates[c]);
+    from = LoopCloser(manipulator, std::move(coordinates), target, held, options).solve();
+  }
+  return from;
+}
 
-namespace {
+bool is_any_held(const std::vector<HeldCoordinates>& held) {
+  return std::any_of(held.begin(), held.end(),
+                     [](const HeldCoordinates& of_chain) { return !of_chain.empty(); });
+}
+
+PostureResult mechanism_posture(const Manipulator& manipulator, const Pose& target,
+                                const std::vector<HeldCoordinates>& held,
+                                const PostureOptions& options) {
+  if (is_any_held(held)) {
+    PostureResult unheld =
+        mechanism_from_starts(manipulator, target, nothing_held(manipulator), options);
+    if (!unheld.reached) return unheld;
+    PostureResult followed = mechanism_followed(manipulator, std::move(unheld), held, options);
+    if (followed.reached) return followed;
+  }
+  return mechanism_from_starts(manipulator, target, held, options);
+}
 
 // The largest miss is the one that is reported.
 void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) {
@@ -372,6 +471,24 @@ void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) 
   if (!result.reason.empty() && error.norm() <= result.error.norm()) return;
   result.error = error;
   result.reason = miss_text(chain.name(), error);
+}
+
+PostureResult posture_of_chains(const Manipulator& manipulator, const Pose& target,
+                                const std::vector<HeldCoordinates>& held,
+                                const PostureOptions& options) {
+  PostureResult result;
+  result.reached = true;
+  result.posture.platform = target;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    ChainPostureSolver solver(chain, target, held[c], options);
+    result.posture.coordinates.push_back(solver.solve());
+    if (solver.is_reached(result.posture.coordinates.back())) continue;
+    Vector6 error = solver.error(result.posture.coordinates.back());
+    error.tail<3>() /= solver.length();
+    note_miss(chain, error, result);
+  }
+  return result;
 }
 
 }  // namespace
@@ -383,21 +500,21 @@ PostureAccuracy posture_accuracy(double length, const Pose& target, const Postur
 
 PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
                          const PostureOptions& options) {
-  if (manipulator.has_errors()) return posture_at(manipulator.without_errors(), target, options);
-  if (!manipulator.is_parallel()) return mechanism_posture_at(manipulator, target, options);
-  PostureResult result;
-  result.reached = true;
-  result.posture.platform = target;
-  for (const Chain& chain : manipulator.chains()) {
-    ChainPostureSolver solver(chain, target, options);
-    result.posture.coordinates.push_back(solver.solve());
-    const Vector6 scaled = solver.error(result.posture.coordinates.back());
-    if (scaled.lpNorm<Eigen::Infinity>() <= solver.accepted()) continue;
-    Vector6 error = scaled;
-    error.tail<3>() /= solver.length();
-    note_miss(chain, error, result);
+  return posture_holding(manipulator, target, {}, options);
+}
+
+PostureResult posture_holding(const Manipulator& manipulator, const Pose& target,
+                              const std::map<std::string, double>& held,
+                              const PostureOptions& options) {
+  if (manipulator.has_errors())
+    return posture_holding(manipulator.without_errors(), target, held, options);
+  std::vector<HeldCoordinates> of_chains = nothing_held(manipulator);
+  for (const auto& [name, value] : held) {
+    const JointPlace joint = find_joint(manipulator, name);
+    of_chains[joint.chain].push_back({joint.coordinate, value});
   }
-  return result;
+  return manipulator.is_parallel() ? posture_of_chains(manipulator, target, of_chains, options)
+                                   : mechanism_posture(manipulator, target, of_chains, options);
 }
 
 PostureResult posture_from_joints(const Manipulator& manipulator,
@@ -407,11 +524,13 @@ PostureResult posture_from_joints(const Manipulator& manipulator,
     return posture_from_joints(manipulator.without_errors(), coordinates, options);
   std::vector<VectorXd> start = home_of(manipulator);
   for (const auto& [name, value] : coordinates) {
-    const JointName joint = find_joint(manipulator, name);
+    const JointPlace joint = find_joint(manipulator, name);
     start[joint.chain][joint.coordinate] = value;
   }
   if (manipulator.size() > 1)
-    return LoopCloser(manipulator, std::move(start), std::nullopt, options).solve();
+    return LoopCloser(manipulator, std::move(start), std::nullopt, nothing_held(manipulator),
+                      options)
+        .solve();
   PostureResult result;
   ChainKinematics kinematics;
   evaluate(manipulator.chains()[0], start[0], kinematics);

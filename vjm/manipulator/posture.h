@@ -48,6 +48,15 @@ struct PostureAccuracy {
 PostureAccuracy posture_accuracy(double length, const spatial::Pose& target,
                                  const PostureOptions& options);
 
+/// The same with joints that keep values [m or rad], named as below: the others alone lead to
+/// `target`. Starts with the posture of posture_at(), from which the joints go to their values in
+/// steps that the others follow, so that neighbouring values have neighbouring postures as far as
+/// the self-motion leads; only where it ends before, with the starts of posture_at(). The values
+/// are kept to the bit. Throws std::invalid_argument for a name as below.
+PostureResult posture_holding(const Manipulator& manipulator, const spatial::Pose& target,
+                              const std::map<std::string, double>& held,
+                              const PostureOptions& options = {});
+
 /// The posture for given actuated coordinates [m or rad] by "chain.joint" (or "joint" where the
 /// name is unique): forward kinematics of a serial chain; for parallel ones passive joints and
 /// platform are solved for together. Passive coordinates may be given too, as starting values (as

@@ -10,6 +10,7 @@
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/redundancy.h"
 
 #include "vjm/random_chain.h"
 
@@ -111,6 +112,109 @@ TEST(PostureFromJoints, UnknownAndAmbiguousNamesAreRefused) {
     EXPECT_THAT(error.what(), HasSubstr("did you mean 'x.rho'?"));
   }
   EXPECT_THROW(posture_from_joints(robot.manipulator, {{"rho", 0.0}}), std::invalid_argument);
+}
+
+// Shoulder and wrist of three crossing axes, an elbow between them.
+Manipulator seven_axis_arm() {
+  ChainBuilder chain("arm");
+  const double home[] = {0, 0.5, 0, 1.4, 0, 1.2, 0};
+  for (int i = 0; i < 7; ++i) {
+    chain.actuator("a" + std::to_string(i + 1), i % 2 == 0 ? Motion::rz : Motion::ry, 1e4, home[i]);
+    if (i == 1 || i == 3) chain.offset(Pose::translation({0, 0, 0.4}));
+  }
+  return Manipulator("7R", {chain.offset(Pose::translation({0, 0, 0.1})).build()});
+}
+
+const Pose reached_by_seven(spatial::exp_rotation({0, 2.9, 0.3}), {0.5, 0.1, 0.1});
+
+// The elbow goes along its circle about the line from shoulder to wrist.
+TEST(PostureHolding, LetsTheElbowSwivelAndKeepsThePose) {
+  const Manipulator arm = seven_axis_arm();
+  const Chain& chain = arm.chains()[0];
+  const Posture unheld = posture_at(arm, reached_by_seven).posture;
+  const Vector3 wrist = reached_by_seven * Vector3(0, 0, -0.1);
+  Eigen::VectorXd before = unheld.coordinates[0];
+  ChainKinematics kinematics;
+  for (int degree = 1; degree <= 50; ++degree) {
+    const double value = unheld.coordinates[0][0] + degree * M_PI / 180;
+    const PostureResult result = posture_holding(arm, reached_by_seven, {{"arm.a1", value}});
+    ASSERT_TRUE(result.reached) << degree << ": " << result.reason;
+    const Eigen::VectorXd& x = result.posture.coordinates[0];
+    EXPECT_EQ(x[0], value);
+    evaluate(chain, x, kinematics);
+    EXPECT_LT(spatial::pose_difference(kinematics.end, reached_by_seven).norm(), 1e-11);
+    const Vector3 elbow = frame_behind(chain, x, 2) * Vector3(0, 0, 0.4);
+    EXPECT_NEAR(elbow.norm(), 0.4, 1e-12);
+    EXPECT_NEAR((elbow - wrist).norm(), 0.4, 1e-11);
+    // Neighbours, not another of the postures.
+    EXPECT_LT((x - before).lpNorm<Eigen::Infinity>(), 0.3) << degree;
+    before = x;
+  }
+}
+
+TEST(PostureHolding, KeepsWhatStandsThereAnyway) {
+  const Manipulator arm = seven_axis_arm();
+  const Posture unheld = posture_at(arm, reached_by_seven).posture;
+  const PostureResult held =
+      posture_holding(arm, reached_by_seven, {{"a3", unheld.coordinates[0][2]}});
+  ASSERT_TRUE(held.reached);
+  EXPECT_LT((held.posture.coordinates[0] - unheld.coordinates[0]).lpNorm<Eigen::Infinity>(), 1e-9);
+}
+
+TEST(PostureHolding, DoesNotReachWhereThePoseLeavesNoFreedom) {
+  const Manipulator arm = six_axis_arm();
+  const Pose target =
+      posture_from_joints(arm, {{"q2", 0.3}, {"q3", 0.4}, {"q5", 0.7}}).posture.platform;
+  const PostureResult held = posture_holding(arm, target, {{"q1", 0.1}});
+  EXPECT_FALSE(held.reached);
+  EXPECT_THAT(held.reason, HasSubstr("cannot reach the pose"));
+  EXPECT_THROW(posture_holding(arm, target, {{"q9", 0.1}}), std::invalid_argument);
+}
+
+// A carriage on the base, and on it an arm of two joints and a wrist: three bodies, one freedom.
+TEST(PostureHolding, HoldsJointsOfMechanisms) {
+  ChainBuilder track("track"), arm("arm");
+  track.actuator("s", Motion::tx, 1e7, 0.1);
+  arm.actuator("q1", Motion::rz, 1e4, 1.5).offset(Pose::translation({0.5, 0, 0}));
+  arm.actuator("q2", Motion::rz, 1e4, -1.2).offset(Pose::translation({0.4, 0, 0}));
+  arm.actuator("q3", Motion::rz, 1e4);
+  const Manipulator machine("on a track", {arm.build(), track.build()},
+                            {{1, Span::platform}, {Span::base, 1}}, {"carriage"});
+  const Pose target = Pose::translation({0.6, 0.5, 0});
+  for (const double s : {-0.05, 0.1, 0.3, 0.55}) {
+    const PostureResult result = posture_holding(machine, target, {{"track.s", s}});
+    ASSERT_TRUE(result.reached) << s << ": " << result.reason;
+    EXPECT_EQ(result.posture.coordinates[1][0], s);
+    const Eigen::VectorXd& q = result.posture.coordinates[0];
+    // Law of cosines; the elbow stays on its side.
+    const double square = (0.6 - s) * (0.6 - s) + 0.25;
+    EXPECT_NEAR(q[1], -std::acos((square - 0.25 - 0.16) / (2 * 0.5 * 0.4)), 1e-9) << s;
+  }
+  EXPECT_FALSE(posture_holding(machine, target, {{"s", -0.3}}).reached);  // too far away
+}
+
+TEST(Redundancy, IsOfTheJointsThatMayMoveWhileThePlatformStays) {
+  const Manipulator arm = seven_axis_arm();
+  // The elbow alone decides how far the wrist is from the shoulder.
+  EXPECT_THAT(redundant_joints(arm, reached_by_seven, {}),
+              ::testing::ElementsAre("arm.a1", "arm.a2", "arm.a3", "arm.a5", "arm.a6", "arm.a7"));
+  const double a1 = posture_at(arm, reached_by_seven).posture.coordinates[0][0];
+  EXPECT_FALSE(may_move_at(arm, reached_by_seven, {{"arm.a1", a1}}, "a3"));
+  const Manipulator six = six_axis_arm();
+  const Pose target =
+      posture_from_joints(six, {{"q2", 0.3}, {"q3", 0.4}, {"q5", 0.7}}).posture.platform;
+  EXPECT_TRUE(redundant_joints(six, target, {}).empty());
+  EXPECT_FALSE(may_move_at(six, Pose::translation({9, 9, 9}), {}, "q1"));
+}
+
+// Two joints stretched out can move at first order: not at second.
+TEST(Redundancy, IsNoSingularity) {
+  ChainBuilder chain("arm");
+  chain.actuator("q1", Motion::rz, 1e4).offset(Pose::translation({0.5, 0, 0}));
+  chain.actuator("q2", Motion::rz, 1e4).offset(Pose::translation({0.5, 0, 0}));
+  chain.passive("q3", Motion::rz);
+  const Manipulator arm("stretched", {chain.build()});
+  EXPECT_TRUE(redundant_joints(arm, Pose::translation({1, 0, 0}), {}).empty());
 }
 
 }  // namespace
