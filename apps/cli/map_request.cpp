@@ -205,6 +205,7 @@ std::string map_identity(const vjm::Robot& robot, const vjm::PoseList& list,
       fmt::format_to(out, "{} {} {} {} {} {} {} {} ", node.chain, node.node, node.force.x(),
                      node.force.y(), node.force.z(), node.moment.x(), node.moment.y(),
                      node.moment.z());
+    for (const auto& [joint, value] : pose.held) fmt::format_to(out, "{} {} ", joint, value);
     fmt::format_to(out, "\n");
   }
   return io::sha256(fmt::to_string(text));

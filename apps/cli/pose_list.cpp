@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -16,6 +17,7 @@
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/manipulator/joint_place.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -70,17 +72,50 @@ std::array<std::vector<double>, 6> read_axes(const std::string& option, const st
   return axes;
 }
 
-// Where a column of the file goes: a coordinate (0 to 5) or a component of the wrench (6 to 11),
-// and what its numbers are worth in SI.
+// Where a column of the file goes: a coordinate (0 to 5), a component of the wrench (6 to 11) or a
+// joint that is held, by its full name; and what its numbers are worth in SI.
 struct Column {
   std::size_t place = 0;
+  std::string joint = {};
   double factor = 1;
+
+  bool is_wrench() const { return joint.empty() && place >= 6; }
 };
 
-spatial::Dimension dimension_of_place(std::size_t place) {
+struct NamedColumn {
+  Column column;
+  spatial::Dimension dimension;
+};
+
+// Nothing where neither a column nor a drive has the name.
+std::optional<NamedColumn> column_named(const std::string& name,
+                                        const std::vector<std::string>& known,
+                                        const vjm::Manipulator& manipulator) {
   static const std::array<spatial::Dimension, 4> dimensions = {dimension::length, dimension::angle,
                                                                dimension::force, dimension::moment};
-  return dimensions[place / 3];
+  const auto at =
+      static_cast<std::size_t>(std::find(known.begin(), known.end(), name) - known.begin());
+  if (at < 12) return NamedColumn{{.place = at}, dimensions[at / 3]};
+  try {
+    const vjm::JointPlace joint = find_joint(manipulator, name);
+    const vjm::Coordinate& coordinate = coordinate_at(manipulator, joint);
+    if (coordinate.role == vjm::Role::actuated)
+      return NamedColumn{{.joint = full_name(manipulator, joint)},
+                         is_rotation(coordinate.motion) ? dimension::angle : dimension::length};
+  } catch (const std::invalid_argument&) {  // the caller says what is known
+  }
+  return std::nullopt;
+}
+
+// Columns of a pose and its wrench, then actuated joints as they may be called.
+std::vector<std::string> known_columns(const vjm::Manipulator& manipulator) {
+  std::vector<std::string> known(pose_columns.begin(), pose_columns.end());
+  known.insert(known.end(), wrench_columns.begin(), wrench_columns.end());
+  for (const vjm::JointPlace& joint : actuated_joints(manipulator)) {
+    known.push_back(full_name(manipulator, joint));
+    if (manipulator.size() == 1) known.push_back(coordinate_at(manipulator, joint).name);
+  }
+  return known;
 }
 
 [[noreturn]] void refuse_column(const io::CsvTable& table, const std::string& column,
@@ -93,43 +128,45 @@ spatial::Dimension dimension_of_place(std::size_t place) {
 }
 
 // "x", or "x [m]" with a unit of its own.
-Column read_column(const io::CsvTable& table, const std::string& column,
-                   const spatial::UnitSystem& units) {
-  std::vector<std::string> known(pose_columns.begin(), pose_columns.end());
-  known.insert(known.end(), wrench_columns.begin(), wrench_columns.end());
+Column read_column(const io::CsvTable& table, const std::string& column, const vjm::Robot& robot) {
+  const std::vector<std::string> known = known_columns(robot.manipulator);
   const std::size_t bracket = column.find('[');
   std::string name = column.substr(0, bracket);
   name.erase(name.find_last_not_of(' ') + 1);
-  const auto at = std::find(known.begin(), known.end(), name);
-  if (at == known.end()) {
+  std::optional<NamedColumn> found = column_named(name, known, robot.manipulator);
+  if (!found) {
     const std::string near = common::nearest_spelling(name, known);
     refuse_column(table, column, "this column is not known in a path",
                   near.empty() ? fmt::format("Known are {}", fmt::join(known, ", "))
                                : fmt::format("Did you mean '{}'?", near));
   }
-  const auto place = static_cast<std::size_t>(at - known.begin());
-  const spatial::Dimension what = dimension_of_place(place);
-  if (bracket == std::string::npos)
-    return {place, spatial::parse_quantity("1", what, units.unit_for(what))};
+  const spatial::Dimension what = found->dimension;
+  double& factor = found->column.factor;
+  if (bracket == std::string::npos) {
+    factor = spatial::parse_quantity("1", what, robot.units.unit_for(what));
+    return found->column;
+  }
   if (!column.ends_with(']'))
     refuse_column(table, column, "the unit is not closed", "Write 'x [mm]'");
   const std::string unit = column.substr(bracket + 1, column.size() - bracket - 2);
   try {
-    return {place, spatial::parse_quantity("1 " + unit, what)};
+    factor = spatial::parse_quantity("1 " + unit, what);
+    return found->column;
   } catch (const std::invalid_argument& error) {
     refuse_column(table, column, error.what(), "");
   }
 }
 
-std::vector<Column> read_columns(const io::CsvTable& table, const spatial::UnitSystem& units) {
+std::vector<Column> read_columns(const io::CsvTable& table, const vjm::Robot& robot) {
   std::vector<Column> columns;
-  std::set<std::size_t> places;
+  std::set<std::pair<std::string, std::size_t>> places;
   for (const std::string& name : table.columns()) {
-    columns.push_back(read_column(table, name, units));
-    if (!places.insert(columns.back().place).second)
+    columns.push_back(read_column(table, name, robot));
+    if (!places.insert({columns.back().joint, columns.back().place}).second)
       refuse_column(table, name, "another column means the same", "Keep one of them");
   }
-  if (*places.begin() >= 6)
+  if (std::none_of(columns.begin(), columns.end(),
+                   [](const Column& column) { return column.joint.empty() && column.place < 6; }))
     throw common::InputError({.file = table.file(),
                               .line = table.header_line(),
                               .what = "no column states the pose",
@@ -163,9 +200,9 @@ vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const 
 
 vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load) {
   const io::CsvTable table = io::read_table(file);
-  const std::vector<Column> columns = read_columns(table, robot.units);
+  const std::vector<Column> columns = read_columns(table, robot);
   const bool has_wrench = std::any_of(columns.begin(), columns.end(),
-                                      [](const Column& column) { return column.place >= 6; });
+                                      [](const Column& column) { return column.is_wrench(); });
   if (has_wrench && !(load.force.isZero(0) && load.moment.isZero(0)))
     throw UsageError("--wrench", fmt::format("'{}' has loads of its own", file),
                      "Leave --wrench out, or the columns fx to mz");
@@ -173,12 +210,16 @@ vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const 
   list.shape[0] = table.rows();
   for (std::size_t row = 0; row < table.rows(); ++row) {
     spatial::Vector6 coordinates = spatial::Vector6::Zero(), wrench = spatial::Vector6::Zero();
+    std::map<std::string, double> held;
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const double value = columns[c].factor * table.number(row, c);
       const auto i = static_cast<Eigen::Index>(columns[c].place % 6);
-      (columns[c].place < 6 ? coordinates : wrench)[i] = value;
+      if (!columns[c].joint.empty())
+        held[columns[c].joint] = value;
+      else
+        (columns[c].is_wrench() ? wrench : coordinates)[i] = value;
     }
-    vjm::TargetPose target{pose_of(coordinates), load};
+    vjm::TargetPose target{pose_of(coordinates), load, std::move(held)};
     if (has_wrench) {
       target.load.force = wrench.head<3>();
       target.load.moment = wrench.tail<3>();

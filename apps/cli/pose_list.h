@@ -14,9 +14,9 @@ vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const 
                         const std::string& option = "--grid");
 
 /// A CSV file with columns x, y, z, rx, ry, rz (rotation vector) and, for loads of each pose, fx,
-/// fy, fz, mx, my, mz; those left out are 0. Columns are in the units of the robot file, or in one
-/// of their own: "x [m]". Throws common::InputError; UsageError when both the file and `load` have
-/// a wrench.
+/// fy, fz, mx, my, mz; those left out are 0. A column of an actuated joint of a redundant robot is
+/// where the joint is held. Columns are in the units of the robot file, or in one of their own: "x
+/// [m]". Throws common::InputError; UsageError when both the file and `load` have a wrench.
 vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load);
 
 }  // namespace kinetostat::apps

@@ -123,8 +123,12 @@ calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot
       positive("--most-moment", request.most_moment, spatial::dimension::moment);
   for (const std::string& range : request.within) read_range(range, robot, options.measuring);
   if (!request.work_at.empty())
-    for (const vjm::TargetPose& pose : read_path(request.work_at, robot, {}).poses)
+    for (const vjm::TargetPose& pose : read_path(request.work_at, robot, {}).poses) {
+      if (!pose.held.empty())
+        throw UsageError("--work-at", "the work is where the platform is, not a joint",
+                         "Leave the columns of joints out of the file");
       options.work_at.push_back(pose.platform);
+    }
   return options;
 }
 

@@ -222,7 +222,7 @@ Json robots_of(const Map& map) {
   if (map.points.size() > most) return robots;
   const vjm::Manipulator manipulator = map.robot.manipulator.without_errors();
   for (const auto& pose : map.list.poses) {
-    const vjm::PostureResult found = posture_at(manipulator, pose.platform);
+    const vjm::PostureResult found = posture_holding(manipulator, pose.platform, pose.held);
     robots.push_back(found.reached ? skeleton(manipulator, found.posture) : Json());
   }
   return robots;

@@ -54,7 +54,7 @@ class Compensator {
       : manipulator_(manipulator), target_(target), options_(options) {}
 
   Compensation run() {
-    const PostureResult nominal = posture_at(manipulator_, target_.platform);
+    const PostureResult nominal = posture_holding(manipulator_, target_.platform, target_.held);
     if (!nominal.reached) return fail(CompensationStatus::unreachable, nominal.reason);
     result_.nominal = result_.corrected = nominal.posture;
     reach_ = reach_of(manipulator_, nominal.posture);

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "kinetostat/spatial/pose.h"
@@ -14,6 +16,8 @@ namespace kinetostat::vjm {
 struct TargetPose {
   spatial::Pose platform;
   Load load = {};
+  /// Joints ("chain.joint") of a redundant robot that keep these values [m or rad] there.
+  std::map<std::string, double> held = {};
 };
 
 /// Target poses in order.

@@ -180,7 +180,7 @@ double critical_force(const Manipulator& manipulator, const TargetPose& target,
                       const std::vector<Manipulator>& finer) {
   double coarse = lumped_critical_force(manipulator, posture, target.load.nodes, index);
   for (const Manipulator& twice : finer) {
-    const PostureResult same = posture_at(twice, target.platform);
+    const PostureResult same = posture_holding(twice, target.platform, target.held);
     if (!same.reached) return not_a_number;
     const double fine = lumped_critical_force(twice, same.posture, target.load.nodes, index);
     if (!std::isfinite(fine)) return fine;
@@ -193,7 +193,7 @@ double critical_force(const Manipulator& manipulator, const TargetPose& target,
 // Whether the equilibrium lasts when the beams have twice the segments.
 bool lasts_with(const std::vector<Manipulator>& finer, const TargetPose& target) {
   if (finer.empty()) return true;
-  const PostureResult posture = posture_at(finer[0], target.platform);
+  const PostureResult posture = posture_holding(finer[0], target.platform, target.held);
   if (!posture.reached) return false;
   const Equilibrium loaded = equilibrium_under_load(finer[0], posture.posture, target.load);
   return loaded.status == EquilibriumStatus::converged && loaded.free.stable();
@@ -284,13 +284,26 @@ MapPoint point_in(const Manipulator& manipulator, const TargetPose& target,
   return point;
 }
 
+// The postures of some poses: together, but for those that hold joints.
+std::vector<PostureResult> postures_of(const Manipulator& manipulator, const TargetPose* targets,
+                                       std::size_t count) {
+  std::vector<spatial::Pose> together;
+  for (std::size_t i = 0; i < count; ++i)
+    if (targets[i].held.empty()) together.push_back(targets[i].platform);
+  std::vector<PostureResult> found = postures_at(manipulator, together), all;
+  auto next = found.begin();
+  for (std::size_t i = 0; i < count; ++i)
+    all.push_back(targets[i].held.empty()
+                      ? std::move(*next++)
+                      : posture_holding(manipulator, targets[i].platform, targets[i].held));
+  return all;
+}
+
 // Some poses, all by themselves: first the postures, then the stiffness of those that are relaxed.
 std::vector<MapPoint> points_of(const Manipulator& manipulator, const TargetPose* targets,
                                 std::size_t count, const std::vector<MapIndex>& indices,
                                 const std::vector<Manipulator>& finer) {
-  std::vector<spatial::Pose> poses;
-  for (std::size_t i = 0; i < count; ++i) poses.push_back(targets[i].platform);
-  const std::vector<PostureResult> postures = postures_at(manipulator, poses);
+  const std::vector<PostureResult> postures = postures_of(manipulator, targets, count);
   std::vector<Posture> relaxed;
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < count; ++i)
