@@ -1,10 +1,8 @@
 // kinetostat map: indices of stiffness over a grid or along a path.
 #include "kinetostat/report/manipulators/map.h"
 
-#include <cmath>
 #include <functional>
 #include <memory>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,10 +10,10 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/map_request.h"
 #include "kinetostat/apps/cli/option_values.h"
-#include "kinetostat/apps/cli/pose_list.h"
 #include "kinetostat/apps/cli/version.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/link_models.h"
+#include "kinetostat/apps/commands/path_freedom.h"
 #include "kinetostat/io/table_parts.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"
@@ -27,94 +25,37 @@
 namespace kinetostat::apps {
 namespace {
 
-// What the work leaves free along a path.
-struct FreeMotionRequest {
-  std::string turn, range, change, place;
-
-  bool is_asked_for() const { return !turn.empty() || !place.empty(); }
-};
-
 struct GridRequest {
   MapRequest map;
   UncertaintyRequest uncertainty;
-  FreeMotionRequest free;
+  FreedomRequest free;
   std::string vtu, checkpoint, part;
   std::vector<std::string> links;
 };
-
-spatial::Vector3 axis_of(const std::string& text, const spatial::UnitSystem& units) {
-  if (text.size() == 1 && std::string("xyz").find(text) != std::string::npos)
-    return spatial::Vector3::Unit(text[0] - 'x');
-  const spatial::Vector3 axis = three_values("--turn", text, spatial::dimension::none, units);
-  if (axis.isZero(0)) throw UsageError("--turn", fmt::format("'{}' has no length", text));
-  return axis.normalized();
-}
-
-std::optional<vjm::FreeTurn> read_turn(const FreeMotionRequest& request,
-                                       const spatial::UnitSystem& units) {
-  if (request.turn.empty()) return std::nullopt;
-  const auto angle = [&](const char* option, const std::string& text) {
-    return quantity(option, text, spatial::dimension::angle, units);
-  };
-  vjm::FreeTurn turn{.axis = axis_of(request.turn, units),
-                     .from = -std::numbers::pi,
-                     .to = std::numbers::pi,
-                     .steps = 73};
-  if (!request.range.empty()) {
-    const std::vector<std::string> parts = split(request.range, ':');
-    if (parts.size() != 3)
-      throw UsageError("--turn-range", fmt::format("'{}' is no range", request.range),
-                       "Write from, to and the number of values: -90:90:37");
-    turn.from = angle("--turn-range", parts[0]);
-    turn.to = angle("--turn-range", parts[1]);
-    const double steps = quantity("--turn-range", parts[2], spatial::dimension::none, units);
-    if (!(turn.from < turn.to) || !(steps >= 2 && steps <= 3601) || steps != std::floor(steps))
-      throw UsageError("--turn-range", fmt::format("'{}' is no range", request.range),
-                       "Write the least angle first, and 2 to 3601 values: -90:90:37");
-    turn.steps = static_cast<int>(steps);
-  }
-  if (!request.change.empty()) {
-    turn.largest_change = angle("--turn-change", request.change);
-    if (!(turn.largest_change > 0))
-      throw UsageError("--turn-change", "a change from pose to pose is above zero");
-  }
-  return turn;
-}
-
-// Where the base may stand, in the axes of the path.
-std::vector<spatial::Pose> read_places(const FreeMotionRequest& request, const vjm::Robot& robot) {
-  std::vector<spatial::Pose> places;
-  if (request.place.empty()) return {spatial::Pose()};
-  for (const vjm::TargetPose& place : read_grid(request.place, robot, {}, "--place").poses)
-    places.push_back(place.platform);
-  const spatial::Vector3 weight = robot.manipulator.gravity();
-  for (const spatial::Pose& place : places)
-    if (!(place.rotation() * weight).isApprox(weight, 1e-9) && !weight.isZero(0))
-      throw UsageError("--place", "the base of a robot with weight stays upright",
-                       "Turn it about the vertical only, or leave the turns out");
-  return places;
-}
 
 // The poses of the path with what is free chosen for the first index, and its values as given.
 struct Chosen {
   vjm::PathChoice path;
   std::vector<vjm::MapPoint> given;
+  std::vector<std::string> joints;
   spatial::Pose place;
+  vjm::JointStep step;
 };
 
 Chosen choose(const GridRequest& request, const vjm::Robot& robot, const report::NamedIndex& index,
               vjm::PoseList& list, Run& run) {
   if (request.map.path.empty())
     throw UsageError("--turn", "what is chosen is chosen along a path", "Give --path FILE");
-  const std::vector<spatial::Pose> places = read_places(request.free, robot);
+  const vjm::PathFreedom freedom = request.free.read(robot, list.poses);
   Chosen chosen;
   chosen.given =
       workspace_map(robot.manipulator, list.poses, {index.index}, run.threads(), run.progress());
   chosen.path =
-      best_path(robot.manipulator, list.poses, index.index, read_turn(request.free, robot.units),
-                places, run.threads(), run.progress());
-  chosen.place = places[chosen.path.placement];
+      best_path(robot.manipulator, list.poses, index.index, freedom, run.threads(), run.progress());
+  for (const vjm::FreeJoint& joint : freedom.joints) chosen.joints.push_back(joint.name);
+  chosen.place = freedom.placements[chosen.path.placement];
   list.poses = chosen.path.poses;
+  if (!chosen.joints.empty()) chosen.step = largest_turn(robot.manipulator, list.poses);
   return chosen;
 }
 
@@ -227,7 +168,7 @@ void add_uncertainties(const GridRequest& request, const vjm::Robot& robot,
             "\n");
 }
 
-// Beside every pose how far it was turned, and what the first index was as given.
+// Beside every pose what the first index was as given, and what was chosen.
 io::Json add_choice(const Chosen& chosen, const vjm::Robot& robot,
                     std::vector<report::NamedIndex>& indices, std::vector<vjm::MapPoint>& points,
                     Run& run) {
@@ -236,16 +177,20 @@ io::Json add_choice(const Chosen& chosen, const vjm::Robot& robot,
     indices.push_back(std::move(column));
     for (std::size_t i = 0; i < points.size(); ++i) points[i].values.push_back(of(i));
   };
+  const auto add_values = [&](const std::string& name, const std::string& unit,
+                              const std::vector<double>& values) {
+    add({.name = name, .index = {}, .unit = unit, .factor = spatial::parse_unit(unit).factor},
+        [&](std::size_t i) { return values[i]; });
+  };
   report::NamedIndex given = first;
   given.name += " as given";
   add(std::move(given), [&](std::size_t i) { return chosen.given[i].values.front(); });
-  if (!chosen.path.turns.empty())
-    add({.name = "turn",
-         .index = {},
-         .unit = robot.units.angle,
-         .factor = spatial::parse_unit(robot.units.angle).factor},
-        [&](std::size_t i) { return chosen.path.turns[i]; });
-  const report::PathChoiceText said{robot, first, chosen.given, chosen.path, chosen.place};
+  if (!chosen.path.turns.empty()) add_values("turn", robot.units.angle, chosen.path.turns);
+  for (std::size_t j = 0; j < chosen.joints.size(); ++j)
+    add_values(report::joint_column(robot, chosen.joints[j]),
+               report::joint_unit(robot, chosen.joints[j]), chosen.path.joints[j]);
+  const report::PathChoiceText said{robot,         first,        chosen.given, chosen.path,
+                                    chosen.joints, chosen.place, chosen.step};
   run.print(report::wrapped(report::sentence(said)) + "\n");
   return report::to_json(said);
 }
@@ -344,26 +289,12 @@ void add_map(Program& program) {
   request->map.add_options(app);
   request->uncertainty.add_options(app);
   add_links_option(app, request->links);
-  const auto turn = app.add_option("--turn", request->free.turn,
-                                   "Choose at each pose of the path how far the platform is turned "
-                                   "about this axis of its own, z or 0,0,1: for the best worst "
-                                   "value of the first index")
-                        .type_name("AXIS");
-  app.add_option("--turn-range", request->free.range,
-                 "Turns that are tried, FROM:TO:POINTS; -180:180:73 deg unless given")
-      .type_name("RANGE")
-      .needs(turn);
-  app.add_option("--turn-change", request->free.change, "Largest turn from one pose to the next")
-      .type_name("ANGLE")
-      .needs(turn);
-  app.add_option("--place", request->free.place,
-                 "Choose likewise where the base stands, as against the path: "
-                 "x=FROM:TO:POINTS,y=...,z=...,rz=...")
-      .type_name("GRID");
+  request->free.add_options(app);
   app.add_output("--vtu", request->vtu, "Write the map for ParaView");
   app.add_option("--part", request->part, "Only the i-th of n parts of the poses, for join")
       .type_name("i/n")
       .excludes("--turn")
+      .excludes("--joint")
       .excludes("--place")
       .excludes("--links")
       .excludes("--vtu");

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "kinetostat/report/manipulators/pose.h"
 #include "kinetostat/report/text/text.h"
+#include "kinetostat/vjm/manipulator/joint_place.h"
 
 namespace kinetostat::report {
 namespace {
@@ -29,12 +32,33 @@ std::string with_unit(double value, const NamedIndex& index) {
   return index.unit.empty() ? text : text + " " + index.unit;
 }
 
-std::string turns_text(const PathChoiceText& said) {
-  const auto [least, most] =
-      std::minmax_element(said.choice.turns.begin(), said.choice.turns.end());
-  const double unit = spatial::parse_unit(said.robot.units.angle).factor;
-  return fmt::format(", turned by {} to {} {}", number(*least / unit), number(*most / unit),
-                     said.robot.units.angle);
+std::string values_text(const std::vector<double>& values, const std::string& unit) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double factor = spatial::parse_unit(unit).factor;
+  return fmt::format("{} to {} {}", number(*least / factor), number(*most / factor), unit);
+}
+
+std::string joints_text(const PathChoiceText& said) {
+  std::string text;
+  for (std::size_t j = 0; j < said.joints.size(); ++j)
+    text += fmt::format("{} {} at {}", j == 0 ? ", with" : " and",
+                        joint_column(said.robot, said.joints[j]),
+                        values_text(said.choice.joints[j], joint_unit(said.robot, said.joints[j])));
+  return text;
+}
+
+// A held joint may leave several postures: whether the robot goes over from one to another.
+std::string step_text(const PathChoiceText& said) {
+  const vjm::JointStep& step = said.step;
+  if (step.joint.empty()) return "";
+  const double factor = spatial::parse_unit(said.robot.units.angle).factor;
+  std::string text =
+      fmt::format(" From pose to pose no joint turns by more than {} {} ({}, to pose {})",
+                  number(std::abs(step.change) / factor), said.robot.units.angle,
+                  joint_column(said.robot, step.joint), step.pose + 1);
+  if (std::abs(step.change) > std::numbers::pi / 3)
+    text += ": there the robot may go over to another of its postures for the pose";
+  return text + ".";
 }
 
 std::string place_text(const PathChoiceText& said) {
@@ -51,16 +75,35 @@ std::string place_text(const PathChoiceText& said) {
 
 }  // namespace
 
+std::string joint_column(const vjm::Robot& robot, const std::string& joint) {
+  const std::string name =
+      coordinate_at(robot.manipulator, vjm::find_joint(robot.manipulator, joint)).name;
+  const auto is_name = [&name](const char* column) { return name == column; };
+  if (std::any_of(vjm::pose_columns.begin(), vjm::pose_columns.end(), is_name) ||
+      std::any_of(vjm::wrench_columns.begin(), vjm::wrench_columns.end(), is_name))
+    return joint;
+  try {
+    vjm::find_joint(robot.manipulator, name);
+    return name;
+  } catch (const std::invalid_argument&) {  // in several chains
+    return joint;
+  }
+}
+
+std::string joint_unit(const vjm::Robot& robot, const std::string& joint) {
+  const vjm::JointPlace place = vjm::find_joint(robot.manipulator, joint);
+  return is_rotation(coordinate_at(robot.manipulator, place).motion) ? robot.units.angle
+                                                                     : robot.units.length;
+}
+
 std::string sentence(const PathChoiceText& said) {
   const double given = worst_given(said), chosen = said.choice.worst;
   const bool more = vjm::is_more_better(said.index.index.kind);
   const double gain = more ? chosen / given : given / chosen;
   std::string text;
   if (std::isnan(chosen))
-    text = fmt::format(
-        "However it is turned and placed, some pose of the path is out of reach or "
-        "has no {}",
-        said.index.name);
+    text = fmt::format("Whatever is chosen, some pose of the path is out of reach or has no {}",
+                       said.index.name);
   else if (std::isnan(given))
     text = fmt::format("All poses of the path are reached, the worst with {} of {}",
                        said.index.name, with_unit(chosen, said.index));
@@ -71,9 +114,12 @@ std::string sentence(const PathChoiceText& said) {
     text = fmt::format("At the worst pose of the path {} is {} times as {}: {} -> {}",
                        said.index.name, number(gain), more ? "large" : "small",
                        with_unit(given, said.index), with_unit(chosen, said.index));
-  if (!said.choice.turns.empty()) text += turns_text(said);
+  if (!said.choice.turns.empty())
+    text += ", turned by " + values_text(said.choice.turns, said.robot.units.angle);
+  text += joints_text(said);
   if (!coordinates_of(said.place).isZero(0)) text += place_text(said);
-  return text + ".";
+  text += ".";
+  return text + step_text(said);
 }
 
 io::Json to_json(const PathChoiceText& said) {
@@ -84,6 +130,11 @@ io::Json to_json(const PathChoiceText& said) {
                 {"worst_as_given", or_null(worst_given(said))},
                 {"worst", or_null(said.choice.worst)}};
   if (!said.choice.turns.empty()) json["turns"] = said.choice.turns;
+  for (std::size_t j = 0; j < said.joints.size(); ++j)
+    json["joints"].push_back({{"joint", said.joints[j]}, {"values", said.choice.joints[j]}});
+  if (!said.step.joint.empty())
+    json["largest_turn"] = {
+        {"joint", said.step.joint}, {"change", said.step.change}, {"to_pose", said.step.pose + 1}};
   json["base"] = to_json(said.place);
   return json;
 }

@@ -1,4 +1,5 @@
 // kinetostat map as its users meet it.
+#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -91,7 +92,7 @@ TEST(MapCommand, SaysWhatAFreeMotionNeeds) {
   for (const auto& [options, says] :
        {std::pair(std::string("--grid x=1000,z=900 --turn x"), "Give --path"),
         std::pair(path + "--turn 0,0,0", "has no length"),
-        std::pair(path + "--turn x --turn-range 10:5:3", "least angle first"),
+        std::pair(path + "--turn x --turn-range 10:5:3", "least value first"),
         std::pair(path + "--turn x --turn-change 0", "above zero"),
         std::pair(path + "--place w=1", "--place")}) {
     const Outcome outcome = kinetostat(robot + options);
@@ -100,6 +101,129 @@ TEST(MapCommand, SaysWhatAFreeMotionNeeds) {
   }
   EXPECT_THAT(kinetostat("map data/robots/six_axis.yaml --index first-frequency --grid x=1000").err,
               HasSubstr("needs masses"));
+}
+
+// The poses with the joint that are written, read again as a path, have the values promised.
+TEST(MapCommand, WritesThePathWithTheJointThatItChose) {
+  const std::string robot = "map data/robots/seven_axis.yaml --index stiffness=0,0,1 ";
+  const Outcome outcome =
+      kinetostat(robot +
+                 "--path data/paths/seven_axis_seam.csv --joint a1 --joint-range -90:90:19 "
+                 "--joint-change 30 --threads 2 -o held.csv --json held.json --html held.html");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("times as large"));
+  EXPECT_THAT(outcome.out, HasSubstr("with a1 at "));
+  EXPECT_THAT(outcome.out, HasSubstr("From pose to pose no joint turns by more than"));
+  const io::Json choice = io::read_json(working_folder() / "held.json").at("choice");
+  EXPECT_GT(choice.at("worst"), choice.at("worst_as_given"));
+  EXPECT_EQ(choice.at("joints").at(0).at("joint"), "arm.a1");
+  EXPECT_EQ(choice.at("joints").at(0).at("values").size(), 9u);
+  const io::CsvTable table = io::read_csv(working_folder() / "held.csv");
+  EXPECT_EQ(table.columns().back(), "a1 [deg]");
+  const std::size_t last = table.columns().size() - 1;
+  std::string poses = "x,y,z,rx,ry,rz,a1 [deg]\n";
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    for (std::size_t k = 0; k < 6; ++k) poses += fmt::format("{:.12g},", table.number(i, k));
+    poses += fmt::format("{:.12g}\n", table.number(i, last));
+    EXPECT_NEAR(table.number(i, last) * M_PI / 180, choice["joints"][0]["values"][i].get<double>(),
+                1e-9);
+    if (i > 0) {
+      EXPECT_LE(std::abs(table.number(i, last) - table.number(i - 1, last)), 30 + 1e-9);
+    }
+  }
+  io::write_atomically(working_folder() / "held_again.csv", poses);
+  ASSERT_EQ(kinetostat(robot + "--path held_again.csv --json held_again.json").code, 0);
+  const io::Json again = io::read_json(working_folder() / "held_again.json");
+  EXPECT_NEAR(again.at("indices").at(0).at("smallest").get<double>(),
+              choice.at("worst").get<double>(), 1e-6 * choice.at("worst").get<double>());
+}
+
+TEST(MapCommand, PathMayHoldAJoint) {
+  const std::string robot = "map data/robots/seven_axis.yaml --index stiffness=0,0,1 ";
+  const auto mapped = [&](const std::string& text) {
+    io::write_atomically(working_folder() / "holding.csv", text);
+    return kinetostat(robot + "--path holding.csv -o holding_map.csv");
+  };
+  const auto stiffness = [&](const std::string& text) {
+    const Outcome outcome = mapped(text);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return io::read_csv(working_folder() / "holding_map.csv").number(0, 7);
+  };
+  const double held = stiffness("x,z,ry,a1\n500,400,160,-45\n");
+  EXPECT_NEAR(stiffness("x,z,ry,arm.a1 [rad]\n500,400,160,-0.785398163397448\n"), held,
+              1e-9 * held);
+  EXPECT_GT(std::abs(stiffness("x,z,ry\n500,400,160\n") - held), 0.01 * held);
+  EXPECT_THAT(mapped("x,z,ry,a1\n500,400,160,80\n").out, HasSubstr("1 unreachable"));
+  for (const auto& [text, says] :
+       {std::pair("x,z,ry,arm.a12\n500,400,160,0\n", "Did you mean 'arm.a1'?"),
+        std::pair("x,a1,arm.a1\n500,1,1\n", "another column means the same"),
+        std::pair("a1\n10\n", "no column states the pose")}) {
+    const Outcome outcome = mapped(text);
+    EXPECT_EQ(outcome.code, 3) << text;
+    EXPECT_THAT(outcome.err, HasSubstr(says)) << text;
+  }
+}
+
+// An arm of six axes on a track: where the carriage stands is left to choose.
+TEST(MapCommand, ChoosesWhereACarriageStands) {
+  std::string robot = io::read_text(working_folder() / "data/robots/six_axis.yaml");
+  const std::string first = "    - actuator: {name: q1,";
+  robot.insert(robot.find(first),
+               "    - actuator: {name: y, axis: Ty, stiffness: 5.0e7 N/m, range: [-400, 400]}\n");
+  io::write_atomically(working_folder() / "on_a_track.yaml", robot);
+  const std::string command =
+      "map on_a_track.yaml --path data/paths/six_axis_seam.csv --index stiffness=1,0,0 ";
+  const Outcome outcome = kinetostat(command + "--joint y -o track.csv --json track.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const io::CsvTable table = io::read_csv(working_folder() / "track.csv");
+  // Not "y", which is a coordinate of the pose.
+  EXPECT_EQ(table.columns().back(), "arm.y [mm]");
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    EXPECT_GE(table.number(i, table.columns().size() - 1), -400 - 1e-9);
+    EXPECT_LE(table.number(i, table.columns().size() - 1), 400 + 1e-9);
+  }
+  const io::Json choice = io::read_json(working_folder() / "track.json").at("choice");
+  EXPECT_GE(choice.at("worst").get<double>(),
+            (1 - 1e-9) * choice.at("worst_as_given").get<double>());
+  // With a joint that the carriage leaves nothing, and one that it does.
+  EXPECT_THAT(kinetostat(command + "--joint y --joint q1 --joint-range -400:400:3 "
+                                   "--joint-range -90:90:3")
+                  .err,
+              HasSubstr("no freedom when 'arm.y' is held"));
+}
+
+TEST(MapCommand, SaysWhatAHeldJointNeeds) {
+  const std::string seven =
+      "map data/robots/seven_axis.yaml --index stiffness=0,0,1 "
+      "--path data/paths/seven_axis_seam.csv ";
+  const std::string six =
+      "map data/robots/six_axis.yaml --index stiffness=1,0,0 --path data/paths/six_axis_seam.csv ";
+  for (const auto& [options, says] :
+       {std::pair(seven + "--joint arm.a12", "did you mean 'arm.a1'?"),
+        std::pair(seven + "--joint elbow", "arm.a1, arm.a2, arm.a3"),
+        std::pair(six + "--joint q1", "'arm.q1' has no limits"),
+        std::pair(six + "--joint q1 --joint-range -90:90:5", "leave 'arm.q1' no freedom"),
+        std::pair(six + "--joint q1 --joint-range -90:90:5", "No joint of this robot is redundant"),
+        std::pair(seven + "--joint a4", "may move there while the platform stays: arm.a1, arm.a2"),
+        std::pair(seven + "--joint a1 --joint-range 10:5:3", "least value first"),
+        std::pair(seven + "--joint a1 --joint-range 10:50", "is no range"),
+        std::pair(seven + "--joint a1 --joint-range -200:50:3", "-170 to 170 deg"),
+        std::pair(seven + "--joint a1 --joint-range -9:9:3 --joint-range 0:1:3", "2 times for 1"),
+        std::pair(seven + "--joint a1 --joint-change 0", "above zero"),
+        std::pair(seven + "--joint a1 --joint arm.a1", "given twice"),
+        std::pair(seven + "--joint a1 --joint a2 --joint a3", "more than 2"),
+        std::pair(seven + "--joint a1 --joint a2", "no freedom when 'arm.a1' is held"),
+        std::pair(seven + "--joint a1 --joint-range -9:9:3601 --turn z", "Try fewer values"),
+        std::pair(std::string("map data/robots/seven_axis.yaml --index stiffness=0,0,1 "
+                              "--grid x=500,z=400 --joint a1"),
+                  "Give --path"),
+        std::pair(std::string("map data/robots/orthoglide.yaml --index weakest-translation "
+                              "--path data/paths/orthoglide_milling.csv --joint rho"),
+                  "in several chains")}) {
+    const Outcome outcome = kinetostat(options);
+    EXPECT_EQ(outcome.code, 2) << options;
+    EXPECT_THAT(outcome.err, HasSubstr(says)) << options;
+  }
 }
 
 TEST(MapCommand, ItsTableAgreesWithTheStiffnessCommand) {

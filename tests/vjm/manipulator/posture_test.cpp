@@ -10,7 +10,6 @@
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/io/robot_file.h"
-#include "kinetostat/vjm/manipulator/redundancy.h"
 
 #include "vjm/random_chain.h"
 
@@ -191,30 +190,6 @@ TEST(PostureHolding, HoldsJointsOfMechanisms) {
     EXPECT_NEAR(q[1], -std::acos((square - 0.25 - 0.16) / (2 * 0.5 * 0.4)), 1e-9) << s;
   }
   EXPECT_FALSE(posture_holding(machine, target, {{"s", -0.3}}).reached);  // too far away
-}
-
-TEST(Redundancy, IsOfTheJointsThatMayMoveWhileThePlatformStays) {
-  const Manipulator arm = seven_axis_arm();
-  // The elbow alone decides how far the wrist is from the shoulder.
-  EXPECT_THAT(redundant_joints(arm, reached_by_seven, {}),
-              ::testing::ElementsAre("arm.a1", "arm.a2", "arm.a3", "arm.a5", "arm.a6", "arm.a7"));
-  const double a1 = posture_at(arm, reached_by_seven).posture.coordinates[0][0];
-  EXPECT_FALSE(may_move_at(arm, reached_by_seven, {{"arm.a1", a1}}, "a3"));
-  const Manipulator six = six_axis_arm();
-  const Pose target =
-      posture_from_joints(six, {{"q2", 0.3}, {"q3", 0.4}, {"q5", 0.7}}).posture.platform;
-  EXPECT_TRUE(redundant_joints(six, target, {}).empty());
-  EXPECT_FALSE(may_move_at(six, Pose::translation({9, 9, 9}), {}, "q1"));
-}
-
-// Two joints stretched out can move at first order: not at second.
-TEST(Redundancy, IsNoSingularity) {
-  ChainBuilder chain("arm");
-  chain.actuator("q1", Motion::rz, 1e4).offset(Pose::translation({0.5, 0, 0}));
-  chain.actuator("q2", Motion::rz, 1e4).offset(Pose::translation({0.5, 0, 0}));
-  chain.passive("q3", Motion::rz);
-  const Manipulator arm("stretched", {chain.build()});
-  EXPECT_TRUE(redundant_joints(arm, Pose::translation({1, 0, 0}), {}).empty());
 }
 
 }  // namespace
