@@ -290,6 +290,9 @@ BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
   const auto compute = [&] { return computed(effects, unknowns, near, effort, threads, progress); };
   if (journal_ == nullptr) return compute();
   const std::string key = fit_key(scope_, effects, unknowns, model, effort.least_gain);
+  // Some fits are not shared out: the first worker to come makes them for all.
+  Claim claim(journal_, key);
+  claim.wait(progress);
   if (const auto record = recorded(key))
     if (auto fit = recorded_fit(*record, unknowns)) return *std::move(fit);
   try {

@@ -91,6 +91,13 @@ std::string why_not_beside(const std::vector<Candidate>& present, const Candidat
   return "";
 }
 
+// Name of the work on a candidate for others that do the same; only a journal asks for it.
+std::string item_of(const FitJournal* journal, std::string_view phase, const FittedModel& beside,
+                    const Candidate& candidate) {
+  if (journal == nullptr) return "";
+  return fmt::format("{} of {} beside {}", phase, candidate.name(), beside.key());
+}
+
 }  // namespace
 
 void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
@@ -99,7 +106,7 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
   owner_.clear();
   const FittedModel beside = fitter_.beside(present, fit, candidates_);
   candidate_signatures_.resize(candidates_.size());
-  shared_out("screening", candidates_.size(), [&](std::size_t c) {
+  shared_out("screening", beside, candidates_, [&](std::size_t c) {
     common::SilentPart silent(progress_);
     const std::string reason = why_not_beside(present, candidates_[c]);
     candidate_signatures_[c] = reason.empty()
@@ -116,16 +123,35 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
   }
 }
 
-// Work on candidates, each by whoever is free.
-void Search::shared_out(std::string_view phase, std::size_t count,
+// Work on candidates beside a fitted model, each by whoever is free: threads, and other workers
+// that use the same journal. Those that another one works on are left for later, when what it has
+// found is in the journal, or when it is gone.
+void Search::shared_out(std::string_view phase, const FittedModel& beside,
+                        const std::vector<Candidate>& items,
                         const std::function<void(std::size_t)>& work) const {
   const std::thread::id caller = std::this_thread::get_id();
-  const auto items = static_cast<int>(count);
-  common::ThreadPool(std::min(threads_, items)).for_each(items, [&](int i) {
-    if (std::this_thread::get_id() == caller)
-      progress_.report(phase, static_cast<double>(i) / items);
-    work(static_cast<std::size_t>(i));
-  });
+  common::ThreadPool pool(std::min(threads_, static_cast<int>(items.size())));
+  std::vector<std::size_t> left(items.size());
+  std::iota(left.begin(), left.end(), 0);
+  while (!left.empty()) {
+    const std::size_t before = items.size() - left.size();
+    std::vector<char> is_done(left.size());
+    pool.for_each(static_cast<int>(left.size()), [&](int i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (std::this_thread::get_id() == caller)
+        progress_.report(phase,
+                         static_cast<double>(before + at) / static_cast<double>(items.size()));
+      Claim claim(options_.journal, item_of(options_.journal, phase, beside, items[left[at]]));
+      if (!claim.try_once()) return;
+      work(left[at]);
+      is_done[at] = 1;
+    });
+    std::vector<std::size_t> others;
+    for (std::size_t at = 0; at < left.size(); ++at)
+      if (is_done[at] == 0) others.push_back(left[at]);
+    if (others.size() == left.size()) wait_a_moment();
+    left = std::move(others);
+  }
 }
 
 void Search::take_signatures(Search& wider) {
@@ -367,28 +393,33 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
   survivors.reserve(order.size());
   for (const std::size_t c : order) survivors.push_back(candidates_[c]);
   const FittedModel beside = fitter_.beside(present, fit, survivors);
-  shared_out("fits", order.size(), [&](std::size_t o) {
+  shared_out("fits", beside, survivors, [&](std::size_t o) {
     const std::size_t c = order[o];
     FitStarts starts = starts_of(c, beside, explained, space);
     fits[c] = best_fit(beside, starts.promised(), starts.best(), step.ranking[c].not_fitted);
   });
-  finish(present, fit, step, fits);
+  finish(beside, step, fits);
 }
 
 // Takes those fits to their ends that may still be what is missing.
-void Search::finish(const std::vector<Candidate>& present, const BaseFit& without,
-                    DiagnosisStep& step, std::vector<BaseFit>& fits) const {
-  const double exponent = common_exponent(without, fits);
+void Search::finish(const FittedModel& beside, DiagnosisStep& step,
+                    std::vector<BaseFit>& fits) const {
+  const double exponent = common_exponent(beside.fit(), fits);
   double least = std::numeric_limits<double>::infinity();
   for (const BaseFit& fit : fits)
     if (fit.values > 0) least = std::min(least, penalised_error(fit));
   std::vector<std::size_t> open;
-  for (std::size_t c = 0; c < fits.size(); ++c)
-    if (fits[c].values > 0 && exponent * (penalised_error(fits[c]) - least) < 2 * hopeless)
-      open.push_back(c);
-  shared_out("fits to the end", open.size(), [&](std::size_t o) {
+  std::vector<Candidate> candidates;
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    const bool may_win =
+        fits[c].values > 0 && exponent * (penalised_error(fits[c]) - least) < 2 * hopeless;
+    if (!may_win) continue;
+    open.push_back(c);
+    candidates.push_back(step.ranking[c].candidate);
+  }
+  shared_out("fits to the end", beside, candidates, [&](std::size_t o) {
     const std::size_t c = open[o];
-    std::vector<Candidate> added = present;
+    std::vector<Candidate> added = beside.present();
     added.push_back(step.ranking[c].candidate);
     added.back().effect.values = fitted_values(fits[c], {added.back()}).front().values;
     common::SilentPart silent(progress_);

@@ -83,9 +83,9 @@ class Search {
                                const std::vector<Candidate>& starts) const;
   BaseFit best_fit(const FittedModel& beside, double promised, const std::vector<Candidate>& starts,
                    std::string& reason) const;
-  void finish(const std::vector<Candidate>& present, const BaseFit& without, DiagnosisStep& step,
-              std::vector<BaseFit>& fits) const;
-  void shared_out(std::string_view phase, std::size_t count,
+  void finish(const FittedModel& beside, DiagnosisStep& step, std::vector<BaseFit>& fits) const;
+  void shared_out(std::string_view phase, const FittedModel& beside,
+                  const std::vector<Candidate>& items,
                   const std::function<void(std::size_t)>& work) const;
   MaxScoreTest correlated_max_score_test(const BaseFit& fit, std::size_t way) const;
   double longest_signature(std::size_t candidate) const;

@@ -4,6 +4,9 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <mutex>
+#include <set>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -114,6 +117,91 @@ TEST_F(FitJournalTest, NoNumberOfThreadsMatters) {
   const int computed = memory.computed;
   EXPECT_EQ(diagnosed(&memory, 3), diagnosed(nullptr));
   EXPECT_EQ(memory.computed, computed) << "all of it was there";
+}
+
+// For several workers at once, each of which claims what it works on.
+class Shared : public Memory {
+ public:
+  std::optional<std::string> find(const std::string& key) override {
+    const std::lock_guard lock(mutex_);
+    return Memory::find(key);
+  }
+  void keep(const std::string& key, const std::string& content) override {
+    const std::lock_guard lock(mutex_);
+    twice += entries.contains(key) ? 1 : 0;
+    Memory::keep(key, content);
+  }
+  bool claim(const std::string& item) override {
+    const std::lock_guard lock(mutex_);
+    const bool is_free = claimed.insert(item).second;
+    refused += is_free ? 0 : 1;
+    return is_free;
+  }
+  void give_up(const std::string& item) override {
+    const std::lock_guard lock(mutex_);
+    claimed.erase(item);
+  }
+
+  std::set<std::string> claimed;
+  int refused = 0, twice = 0;
+
+ private:
+  std::mutex mutex_;
+};
+
+TEST_F(FitJournalTest, WorkersShareOneSearchAndEachHasAllOfIt) {
+  Memory alone;
+  const std::string expected = diagnosed(&alone);
+  Shared shared;
+  std::vector<std::string> results(3);
+  std::vector<std::thread> workers;
+  for (std::string& result : results) workers.emplace_back([&] { result = diagnosed(&shared, 2); });
+  for (std::thread& worker : workers) worker.join();
+  for (const std::string& result : results) EXPECT_EQ(result, expected);
+  EXPECT_GT(shared.refused, 0) << "they are there at the same time";
+  EXPECT_EQ(shared.twice, 0);
+  EXPECT_EQ(shared.computed, alone.computed);
+  EXPECT_TRUE(shared.claimed.empty());
+}
+
+// Somebody else works on each item when it is asked for first, and is gone the next time.
+class Busy : public Memory {
+ public:
+  bool claim(const std::string& item) override { return !seen_.insert(item).second; }
+
+ private:
+  std::set<std::string> seen_;
+};
+
+TEST_F(FitJournalTest, ItDoesWhatOthersHaveLeftUndone) {
+  Busy busy;
+  EXPECT_EQ(diagnosed(&busy), diagnosed(nullptr));
+  EXPECT_GT(busy.computed, 40);
+}
+
+// Somebody else works on an item and does not come to an end; the user stops waiting.
+class Stuck : public Memory {
+ public:
+  explicit Stuck(bool (*is_held)(const std::string&)) : is_held_(is_held) {}
+  bool claim(const std::string& item) override {
+    if (!is_held_(item)) return true;
+    most = ++refused < 5 ? most : 0;
+    return false;
+  }
+
+  int refused = 0;
+
+ private:
+  bool (*is_held_)(const std::string&);
+};
+
+TEST_F(FitJournalTest, WaitingCanBeStopped) {
+  Stuck fit([](const std::string&) { return true; });
+  EXPECT_THROW((void)diagnosed(&fit), common::Cancelled);
+  EXPECT_EQ(fit.computed, 0);
+  Stuck item([](const std::string& name) { return name.starts_with("screening of load_hard"); });
+  EXPECT_THROW((void)diagnosed(&item), common::Cancelled);
+  EXPECT_GT(item.computed, 3) << "all other candidates come first";
 }
 
 // The journal of the program finds nothing that is damaged; if one does, that is no answer.
