@@ -27,10 +27,11 @@ std::string inputs_of(const vjm::Robot& robot, const calibration::Campaign& camp
 }
 
 FitCache::FitCache(io::Cache cache, const vjm::Robot& robot, const calibration::Campaign& campaign,
-                   std::function<void(const std::string&)> warn)
+                   std::function<void(const std::string&)> warn, std::unique_ptr<io::Claims> others)
     : cache_(std::move(cache)),
       warn_(std::move(warn)),
-      scope_(cache_.enabled() ? scope_of(robot, campaign) : "") {}
+      scope_(cache_.enabled() ? scope_of(robot, campaign) : ""),
+      others_(std::move(others)) {}
 
 std::optional<std::string> FitCache::find(const std::string& key) {
   ++asked_;
@@ -51,6 +52,14 @@ void FitCache::keep(const std::string& key, const std::string& content) {
       fmt::format("the cache folder {} cannot be written to, or its disk is full: if this "
                   "run is interrupted, the next one cannot go on from there",
                   cache_.folder().string()));
+}
+
+bool FitCache::claim(const std::string& item) {
+  return others_ == nullptr || others_->claim(scope_ + item);
+}
+
+void FitCache::give_up(const std::string& item) {
+  if (others_ != nullptr) others_->give_up(scope_ + item);
 }
 
 std::string FitCache::what_was_found() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -9,6 +10,7 @@
 #include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/search/fit_journal.h"
 #include "kinetostat/io/cache.h"
+#include "kinetostat/io/claims.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::apps {
@@ -21,13 +23,17 @@ class FitCache : public calibration::FitJournal {
  public:
   /// The kept fits belong to the bytes of the robot file, of the files that it names, of the
   /// campaign file and of its readings, and to this build of the program: neither to the number of
-  /// threads nor to options, of which those that matter to a fit are part of its own key.
+  /// threads nor to options, of which those that matter to a fit are part of its own key. `others`:
+  /// what the workers that share this search claim; nullptr: it is the only one.
   FitCache(io::Cache cache, const vjm::Robot& robot, const calibration::Campaign& campaign,
-           std::function<void(const std::string&)> warn);
+           std::function<void(const std::string&)> warn,
+           std::unique_ptr<io::Claims> others = nullptr);
 
   std::optional<std::string> find(const std::string& key) override;
   /// Warns once when the folder cannot be written to, and keeps nothing more.
   void keep(const std::string& key, const std::string& content) override;
+  bool claim(const std::string& item) override;
+  void give_up(const std::string& item) override;
 
   /// How much was found, in words, or nothing; the result itself is the same either way.
   std::string what_was_found() const;
@@ -41,6 +47,7 @@ class FitCache : public calibration::FitJournal {
   int asked_ = 0, found_ = 0;
   std::set<std::string> own_;  // keys of what this run has kept
   bool writable_ = true;
+  std::unique_ptr<io::Claims> others_;
 };
 
 }  // namespace kinetostat::apps

@@ -252,7 +252,7 @@ std::vector<OptionList::NamedValue> OptionList::in_effect() const {
   std::vector<NamedValue> result;
   for (const CLI::Option* option : std::as_const(*app_).get_options()) {
     if (option->get_group() == common_group || option == app_->get_help_ptr()) continue;
-    if (option->get_single_name() == "no-cache") continue;
+    if (option->get_single_name() == "no-cache" || option->get_single_name() == "share") continue;
     const std::string value = option->count() > 0
                                   ? fmt::format("{}", fmt::join(option->results(), " "))
                                   : option->get_default_str();

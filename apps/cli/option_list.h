@@ -80,8 +80,8 @@ class OptionList {
   using NamedValue = std::pair<std::string, std::string>;
   /// The options that decide the result, with defaults filled in. The common ones (threads, files,
   /// quiet) and
-  /// --no-cache change no figure, so they are left out: the same input gives the same bytes on any
-  /// machine.
+  /// --no-cache and --share change no figure, so they are left out: the same input gives the same
+  /// bytes on any machine.
   std::vector<NamedValue> in_effect() const;
   /// The files that were given to options of add_output().
   std::vector<NamedValue> outputs() const;

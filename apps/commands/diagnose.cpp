@@ -35,7 +35,8 @@ struct DiagnoseRequest {
   calibration::DiagnosisOptions options;
   std::vector<std::string> without;
   std::string plan, signatures;
-  bool profiles = false, no_cache = false;
+  bool profiles = false;
+  KeptFits kept;
 };
 
 void require_known_kinds(const char* option, const std::vector<std::string>& kinds,
@@ -115,7 +116,7 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
   if (request.profiles || run.wants_page()) options.profiles = most_profiles;
   options.signatures = !request.signatures.empty();
   const calibration::Diagnosis diagnosis =
-      resumable_diagnosis(robot, campaign, options, request.no_cache, run);
+      resumable_diagnosis(robot, campaign, options, request.kept, run);
   io::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
   say_which_robot(robot, campaign, run);
   run.print(report::first_screen(robot, campaign, diagnosis,
@@ -142,15 +143,23 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
   return json;
 }
 
+// What other workers wait for must not go to make room.
+io::Cache folder_of(const KeptFits& kept) {
+  constexpr std::uintmax_t shared_limit = std::uintmax_t{1} << 40;  // [bytes]
+  if (!kept.shared.empty()) return io::Cache(kept.shared, shared_limit);
+  return kept.nowhere ? io::Cache() : io::Cache::of_user();
+}
+
 }  // namespace
 
 calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
                                            const calibration::Campaign& campaign,
-                                           calibration::DiagnosisOptions options, bool no_cache,
-                                           Run& run) {
-  const io::Cache folder = no_cache ? io::Cache() : io::Cache::of_user();
-  FitCache cache(folder, robot, campaign,
-                 [&run](const std::string& sentence) { run.warn(sentence); });
+                                           calibration::DiagnosisOptions options,
+                                           const KeptFits& kept, Run& run) {
+  const io::Cache folder = folder_of(kept);
+  FitCache cache(
+      folder, robot, campaign, [&run](const std::string& sentence) { run.warn(sentence); },
+      kept.shared.empty() ? nullptr : std::make_unique<io::Claims>(kept.shared));
   const auto remark = [&run](const std::string& sentence) {
     if (!sentence.empty()) run.remark(sentence);
   };
@@ -166,8 +175,13 @@ calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
   }
 }
 
-void add_no_cache_option(OptionList& app, bool& no_cache) {
-  app.add_flag("--no-cache", no_cache, "Make all fits anew, and keep none to go on from");
+void add_options(OptionList& app, KeptFits& kept) {
+  app.add_flag("--no-cache", kept.nowhere, "Make all fits anew, and keep none to go on from");
+  app.add_option("--share", kept.shared,
+                 "Share the work with all runs of the same command that name this folder, on any "
+                 "machine; each ends with the whole result")
+      .type_name("DIR")
+      .excludes("--no-cache");
 }
 
 io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
@@ -204,7 +218,7 @@ void add_diagnose(Program& program) {
   app.add_output("--signatures", request->signatures,
                  "Write the residual and the signature of every candidate as a table, in units of "
                  "the noise: for methods of your own");
-  add_no_cache_option(app, request->no_cache);
+  add_options(app, request->kept);
   app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
       .show_default()
       .between(99, 100000);

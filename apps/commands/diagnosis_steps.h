@@ -12,12 +12,19 @@ namespace kinetostat::apps {
 /// Likelihood profiles that a page shows.
 inline constexpr std::size_t most_profiles = 12;
 
-/// calibration::diagnose() with what interrupted runs left in the user's cache, unless `no_cache`.
+/// Where a diagnosis keeps its fits: in the user's cache, unless this says something else.
+struct KeptFits {
+  bool nowhere = false;
+  std::string shared;  // folder of all workers on the same diagnosis; empty: there is one worker
+};
+
+/// calibration::diagnose() with what interrupted runs and other workers have kept. Throws
+/// common::InputError where the shared folder cannot be written to.
 calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
                                            const calibration::Campaign& campaign,
-                                           calibration::DiagnosisOptions options, bool no_cache,
-                                           Run& run);
-void add_no_cache_option(OptionList& app, bool& no_cache);
+                                           calibration::DiagnosisOptions options,
+                                           const KeptFits& kept, Run& run);
+void add_options(OptionList& app, KeptFits& kept);
 
 /// The readings under the nominal model, the fitted model, and (where an effect was found) the
 /// final model.

@@ -32,7 +32,7 @@ struct PlanRequest {
   std::vector<std::string> show, within;
   calibration::PlanOptions options;
   calibration::DiagnosisOptions diagnose;
-  bool no_cache = false;
+  KeptFits kept;
 };
 
 // A diagnosis is of one robot file and one table of readings.
@@ -52,9 +52,8 @@ calibration::DiagnosisRecord diagnosis_of(const PlanRequest& request, const vjm:
                                           const calibration::Campaign& campaign, Run& run) {
   if (!request.diagnosis.empty()) return read_diagnosis(request, robot, campaign);
   return report::diagnosis_record(
-      report::to_json(
-          robot, campaign,
-          resumable_diagnosis(robot, campaign, request.diagnose, request.no_cache, run)),
+      report::to_json(robot, campaign,
+                      resumable_diagnosis(robot, campaign, request.diagnose, request.kept, run)),
       {});
 }
 
@@ -216,7 +215,7 @@ void add_plan(Program& program) {
       .type_name("NAMES");
   app.add_option("--draws", request->diagnose.draws, "The same").show_default().between(99, 100000);
   app.add_option("--seed", request->diagnose.seed, "The same").seed().show_default();
-  add_no_cache_option(app, request->no_cache);
+  add_options(app, request->kept);
 }
 
 }  // namespace kinetostat::apps

@@ -175,7 +175,7 @@ Json Studio::diagnose(StudioJob& job) {
   quiet.threads = run_.threads();
   const auto say = [&job](std::string_view text) { job.say(std::string(text)); };
   Run run(quiet, Json::object(), job, say, say);
-  const calibration::Diagnosis found = resumable_diagnosis(robot, campaign, options, false, run);
+  const calibration::Diagnosis found = resumable_diagnosis(robot, campaign, options, {}, run);
   Json verdict{{"headline", report::headline(robot, campaign, found)},
                {"excluded", Json::array()},
                {"not_observable", report::not_observable(found)},

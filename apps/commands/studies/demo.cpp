@@ -96,7 +96,7 @@ io::Json tell(const Story& story, const std::filesystem::path& folder, Run& run)
     }
     const bool is_robot = io::document_kind(file) == io::DocumentKind::robot;
     io::Json study = is_robot ? study_design(file, out, run)
-                              : study_readings({.files = {file.string()}}, out, false, run);
+                              : study_readings({.files = {file.string()}}, out, {}, run);
     io::Json shown{{"command", "study"}};
     shown.update(study);
     run.add_to_page({.result = std::move(shown), .picture = run.picture(), .text = {}});

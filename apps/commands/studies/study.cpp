@@ -52,7 +52,7 @@ constexpr char robot_name[] = "calibrated.yaml", table_name[] = "next.csv",
 struct StudyRequest {
   CampaignRequest campaign;
   TableRequest table;
-  bool no_cache = false;
+  KeptFits kept;
 };
 
 // One step as its file keeps it: the result as its command writes it, and beside it, under "study",
@@ -130,10 +130,10 @@ class StudyFolder {
 
 class Study {
  public:
-  Study(const CampaignRequest& request, const std::filesystem::path& folder, bool no_cache,
+  Study(const CampaignRequest& request, const std::filesystem::path& folder, const KeptFits& kept,
         Run& run, const calibration::ReadingsOverview* table)
       : table_(table),
-        no_cache_(no_cache),
+        kept_(kept),
         run_(run),
         robot_(request.read_robot()),
         campaign_(request.read_campaign(robot_, run)),
@@ -168,7 +168,7 @@ class Study {
   std::string why_inconclusive() const;
 
   const calibration::ReadingsOverview* table_;  // null where a campaign file was given
-  bool no_cache_;
+  KeptFits kept_;
   Run& run_;
   vjm::Robot robot_;
   Campaign campaign_;
@@ -209,8 +209,7 @@ Step Study::compare() {
 
 Step Study::diagnose() {
   const calibration::DiagnosisOptions options;
-  const calibration::Diagnosis found =
-      resumable_diagnosis(robot_, campaign_, options, no_cache_, run_);
+  const calibration::Diagnosis found = resumable_diagnosis(robot_, campaign_, options, kept_, run_);
   io::Json result{{"command", "diagnose"}};
   result.update(diagnosis_result(robot_, campaign_, options, found));
   result["excluded"] = io::Json::array();
@@ -471,7 +470,7 @@ io::Json study_table(const TableRequest& table, const StudyRequest& request, Run
   const std::filesystem::path campaign =
       keep_drafted_campaign(table, overview, robot, *run.out(), run);
   return study_readings({.files = {robot.file.string(), campaign.string()}}, *run.out(),
-                        request.no_cache, run, &overview);
+                        request.kept, run, &overview);
 }
 
 // Also what does not look like one, where it stands before a robot file; empty where none is given.
@@ -497,14 +496,15 @@ io::Json study(const StudyRequest& request, Run& run) {
                      "A campaign file says the same by its own keys");
   if (files.size() == 1 && io::document_kind(files.front()) == io::DocumentKind::robot)
     return study_design(files.front(), *run.out(), run);
-  return study_readings(request.campaign, *run.out(), request.no_cache, run);
+  return study_readings(request.campaign, *run.out(), request.kept, run);
 }
 
 }  // namespace
 
 io::Json study_readings(const CampaignRequest& campaign, const std::filesystem::path& folder,
-                        bool no_cache, Run& run, const calibration::ReadingsOverview* table) {
-  return Study(campaign, folder, no_cache, run, table).all();
+                        const KeptFits& kept, Run& run,
+                        const calibration::ReadingsOverview* table) {
+  return Study(campaign, folder, kept, run, table).all();
 }
 
 void add_study(Program& program) {
@@ -525,7 +525,7 @@ void add_study(Program& program) {
       .required()
       .count(1, 2);
   request->table.add_options(app);
-  add_no_cache_option(app, request->no_cache);
+  add_options(app, request->kept);
 }
 
 }  // namespace kinetostat::apps

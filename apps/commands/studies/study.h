@@ -5,6 +5,7 @@
 
 #include "kinetostat/apps/cli/campaign_request.h"
 #include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/commands/diagnosis_steps.h"
 #include "kinetostat/calibration/campaign/readings_overview.h"
 
 namespace kinetostat::apps {
@@ -13,7 +14,7 @@ namespace kinetostat::apps {
 /// there and were made of the same files are not made again. `table` is how the table was
 /// understood that the campaign file was made from, if it was.
 io::Json study_readings(const CampaignRequest& campaign, const std::filesystem::path& folder,
-                        bool no_cache, Run& run,
+                        const KeptFits& kept, Run& run,
                         const calibration::ReadingsOverview* table = nullptr);
 
 /// Stiffness at home and what yields there, the same about home, the critical force, internal loads
