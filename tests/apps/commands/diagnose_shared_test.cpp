@@ -113,6 +113,15 @@ TEST_F(DiagnoseShared, OneThatIsKilledCostsTimeOnly) {
   EXPECT_TRUE(said("1.out").empty());
 }
 
+TEST_F(DiagnoseShared, PlanAndStudyFindWhatItHasKept) {
+  const std::string campaign = "data/measurements/nist_load_cell/campaign.yaml --share shared";
+  ASSERT_EQ(kinetostat("diagnose " + campaign).code, 0);
+  const std::string all =
+      fmt::format("{0} of {0} fits and signatures from the cache", files(".entry"));
+  EXPECT_THAT(kinetostat("plan " + campaign + " --minutes 5").err, HasSubstr(all));
+  EXPECT_THAT(kinetostat("study " + campaign + " -o studied").err, HasSubstr(all));
+}
+
 TEST_F(DiagnoseShared, FolderThatCannotBeWrittenIsAMistake) {
   std::ofstream(working_folder() / "file") << "no folder";
   const Outcome outcome = kinetostat(command + " --share file");
