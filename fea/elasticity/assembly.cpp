@@ -273,8 +273,11 @@ BlockMatrix assemble_part(const TetMesh& mesh, const std::vector<Material>& mate
 }  // namespace
 
 DofMap::DofMap(const TetMesh& mesh, const std::vector<int>& fixed_nodes,
-               std::vector<ReferenceBody> bodies)
-    : master_(mesh.nodes.size(), free), block_(mesh.nodes.size(), -1), bodies_(std::move(bodies)) {
+               std::vector<ReferenceBody> bodies, BlockOrder order)
+    : master_(mesh.nodes.size(), free),
+      block_(mesh.nodes.size(), -1),
+      bodies_(std::move(bodies)),
+      order_(order) {
   for (const int node : fixed_nodes) master_[at(node)] = fixed;
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     for (const int node : bodies_[b].nodes) {
@@ -283,8 +286,13 @@ DofMap::DofMap(const TetMesh& mesh, const std::vector<int>& fixed_nodes,
         throw std::invalid_argument(fmt::format("node {} belongs to two interfaces", node));
       master = static_cast<int>(b);
     }
-  for (const int node : along_curve(mesh.nodes))
-    if (const auto n = at(node); master_[n] == free) block_[n] = node_blocks_++;
+  const auto count = [this](std::size_t n) {
+    if (master_[n] == free) block_[n] = node_blocks_++;
+  };
+  if (order == BlockOrder::as_nodes)
+    for (std::size_t n = 0; n < block_.size(); ++n) count(n);
+  else
+    for (const int node : along_curve(mesh.nodes)) count(at(node));
 }
 
 Eigen::Matrix3Xd DofMap::displacements(const TetMesh& mesh, const Eigen::VectorXd& values) const {

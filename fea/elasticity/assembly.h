@@ -20,15 +20,19 @@ struct GroundSpring {
   Matrix3 stiffness;
 };
 
+/// The order of the free nodes' unknowns: along a space-filling curve, so that neighbours are near
+/// in memory, or as the mesh has the nodes, where that was seen to before.
+enum class BlockOrder { along_curve, as_nodes };
+
 /// The degrees of freedom. Unknowns come in blocks of three: first the displacements of the free
-/// nodes along a space-filling curve, so that neighbours are near in memory, then the translation
-/// and the rotation of each reference body.
+/// nodes, then the translation and the rotation of each reference body.
 class DofMap {
  public:
   /// Throws std::invalid_argument when a node has two masters, or is fixed and has one.
   DofMap(const TetMesh& mesh, const std::vector<int>& fixed_nodes,
-         std::vector<ReferenceBody> bodies);
+         std::vector<ReferenceBody> bodies, BlockOrder order = BlockOrder::along_curve);
 
+  BlockOrder order() const { return order_; }
   const std::vector<ReferenceBody>& bodies() const { return bodies_; }
   /// Springs belong to the equations: assemble() adds them. Requires free nodes.
   const std::vector<GroundSpring>& springs() const { return springs_; }
@@ -54,6 +58,7 @@ class DofMap {
   std::vector<ReferenceBody> bodies_;
   std::vector<GroundSpring> springs_;
   int node_blocks_ = 0;
+  BlockOrder order_;
 };
 
 /// Assembles the stiffness of the free motions, T' K T with T the rigid motions. `materials` are

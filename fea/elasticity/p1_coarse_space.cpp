@@ -12,20 +12,6 @@ namespace {
 
 using common::at;
 
-// The ends of the edge that each node lies on; a corner is both its ends itself.
-std::vector<std::array<int, 2>> edge_ends(const TetMesh& mesh) {
-  std::vector<std::array<int, 2>> ends(mesh.nodes.size(), {-1, -1});
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const auto tet = mesh.element(e);
-    for (std::size_t c = 0; c < 4; ++c) ends[at(tet[c])] = {tet[c], tet[c]};
-    for (std::size_t edge = 0; edge < tet_edges.size(); ++edge) {
-      const auto [a, b] = tet_edges[edge];
-      ends[at(tet[4 + edge])] = {tet[at(a)], tet[at(b)]};
-    }
-  }
-  return ends;
-}
-
 // Numbers of the corners among themselves, -1 for middle nodes.
 std::vector<int> corner_numbers(const TetMesh& mesh) {
   std::vector<int> number(mesh.nodes.size(), -1);
@@ -77,7 +63,7 @@ DofMap corner_unknowns(const TetMesh& mesh, const TetMesh& corners, const DofMap
     for (const int node : body.nodes)
       if (const int corner = number[at(node)]; corner >= 0) bodies.back().nodes.push_back(corner);
   }
-  DofMap coarse(corners, fixed, std::move(bodies));
+  DofMap coarse(corners, fixed, std::move(bodies), unknowns.order());
   coarse.set_springs(corner_springs(mesh, unknowns, number));
   return coarse;
 }
@@ -92,6 +78,19 @@ void in_pieces(int blocks, common::ThreadPool& pool, const Work& work) {
 }
 
 }  // namespace
+
+std::vector<std::array<int, 2>> edge_ends(const TetMesh& mesh) {
+  std::vector<std::array<int, 2>> ends(mesh.nodes.size(), {-1, -1});
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto tet = mesh.element(e);
+    for (std::size_t c = 0; c < 4; ++c) ends[at(tet[c])] = {tet[c], tet[c]};
+    for (std::size_t edge = 0; edge < tet_edges.size(); ++edge) {
+      const auto [a, b] = tet_edges[edge];
+      ends[at(tet[4 + edge])] = {tet[at(a)], tet[at(b)]};
+    }
+  }
+  return ends;
+}
 
 P1CoarseSpace p1_coarse_space(const TetMesh& mesh, const DofMap& unknowns) {
   if (mesh.order != 2) throw std::invalid_argument("p1_coarse_space: the mesh has no middle nodes");

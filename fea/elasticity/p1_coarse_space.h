@@ -1,6 +1,7 @@
 // The same solid with linear displacements in each element: the coarse level of p-multigrid.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -10,6 +11,10 @@
 #include "kinetostat/fea/mesh/tet_mesh.h"
 
 namespace kinetostat::fea {
+
+/// The ends of the edge that each node lies on; a corner is both its ends itself. {-1, -1} for a
+/// node of no element. Requires order 2.
+std::vector<std::array<int, 2>> edge_ends(const TetMesh& mesh);
 
 /// A mesh of second order without its middle nodes, held and rigid where the whole one is. Because
 /// the elements have straight edges, its displacements are among those of the whole mesh, and its
