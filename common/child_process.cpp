@@ -56,12 +56,9 @@ class MemoryFile {
     return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor_);
   }
 
-  void write_all(const std::string& bytes) const {
-    for (std::size_t at = 0; at < bytes.size();) {
-      const ssize_t put = write(descriptor_, bytes.data() + at, bytes.size() - at);
-      if (put < 0 && errno != EINTR) fail("write");
-      if (put > 0) at += static_cast<std::size_t>(put);
-    }
+  void write_all(const std::string& bytes, const std::vector<std::string_view>& more = {}) const {
+    append(bytes);
+    for (const std::string_view part : more) append(part);
     lseek(descriptor_, 0, SEEK_SET);
   }
   std::string read_all() const {
@@ -80,6 +77,14 @@ class MemoryFile {
   }
 
  private:
+  void append(std::string_view bytes) const {
+    for (std::size_t at = 0; at < bytes.size();) {
+      const ssize_t put = write(descriptor_, bytes.data() + at, bytes.size() - at);
+      if (put < 0 && errno != EINTR) fail("write");
+      if (put > 0) at += static_cast<std::size_t>(put);
+    }
+  }
+
   int descriptor_;
 };
 
@@ -276,7 +281,7 @@ ChildResult run_child(const ChildCall& call, const std::string& phase, common::P
   const std::string program = std::filesystem::absolute(call.program).string();
   if (access(program.c_str(), X_OK) != 0) fail(program.c_str());
   const MemoryFile input("request"), second("second request"), answer("answer"), words("words");
-  input.write_all(call.input);
+  input.write_all(call.input, call.more_input);
   second.write_all(call.second_input);
   std::vector<std::string> copies{program};
   for (const std::string& argument : call.arguments)

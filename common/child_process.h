@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kinetostat/common/progress.h"
@@ -35,12 +36,13 @@ struct ChildCall {
 
   std::filesystem::path program;
   std::vector<std::string> arguments;
-  std::string input;                  // on its standard input
-  double time_limit = 0;              // [s]; then it is killed
-  std::string second_input = {};      // on file descriptor 4, which can be read from any place
-  std::size_t memory_limit = 0;       // [bytes] of address space; 0: none
-  std::filesystem::path folder = {};  // it works in; empty: that of this process
-  std::vector<std::string> environment = {};  // "NAME=VALUE", instead of those of this process
+  std::string input;              // on its standard input
+  double time_limit = 0;          // [s]; then it is killed
+  std::string second_input = {};  // on file descriptor 4, which can be read from any place
+  std::vector<std::string_view> more_input = {};  // behind `input`, from where it lies
+  std::size_t memory_limit = 0;                   // [bytes] of address space; 0: none
+  std::filesystem::path folder = {};              // it works in; empty: that of this process
+  std::vector<std::string> environment = {};      // "NAME=VALUE", instead of those of this process
 };
 
 /// Where a helper program of this name is: beside the running program, else in

@@ -38,6 +38,18 @@ TEST(RunChild, KnowsWhatDidNot) {
   EXPECT_FALSE(shell("exec sleep 600", 0.2).ran_out_of_memory());  // killed by us
 }
 
+TEST(RunChild, PassesTheInputAndThenWhatLiesElsewhere) {
+  Progress silent;
+  const std::string first = "some ", second(100000, 'x'), third = " end";
+  const ChildResult result = run_child({.program = "/bin/sh",
+                                        .arguments = {"-c", "cat >&3"},
+                                        .input = first,
+                                        .time_limit = 20,
+                                        .more_input = {second, third}},
+                                       "test", silent);
+  EXPECT_EQ(result.answer, first + second + third);
+}
+
 TEST(RunIsolated, KnowsWhatRanOutOfMemory) {
   EXPECT_TRUE(
       run_isolated([]() -> std::string { throw std::bad_alloc(); }, 20).ran_out_of_memory());
