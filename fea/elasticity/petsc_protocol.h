@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <istream>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,9 @@ namespace kinetostat::fea::petsc {
 inline constexpr int exit_done = 0, exit_bad_request = 64, exit_out_of_memory = 65,
                      exit_not_converged = 66;
 
-/// TetMesh, materials, Unknowns and loads as plain arrays; sizes that follow from others are left
-/// out.
+/// TetMesh, materials and DofMap as plain arrays; sizes that follow from others are left out. In
+/// the file one block more follows, the loads column by column: large, so that neither side holds
+/// it whole.
 struct Request {
   std::vector<std::int32_t> shape;  // order, curved
   std::vector<double> nodes;        // 3 each [m]
@@ -30,30 +32,34 @@ struct Request {
   std::vector<std::int32_t> body_sizes, body_nodes;  // nodes of all bodies in turn
   std::vector<std::int32_t> spring_nodes;            //
   std::vector<double> springs;                       // 9 each [N/m]
-  std::vector<double> loads;                         // column by column
+};
+
+/// What the helper reports beside the displacements.
+struct Figures {
+  double iterations, residual;          // the most, the worst
+  double coarse_unknowns;               // of all processes
+  double setup_seconds, solve_seconds;  // wall clock
+  double bytes, largest_bytes;          // peak memory of all processes together, of the largest
+  double most_elements;                 // that one process has
 };
 
 struct Answer {
-  std::vector<double> x;        // column by column
-  std::vector<double> numbers;  // iterations, residual, coarse unknowns, setup [s], solution [s],
-                                // peak memory of all processes [bytes]
+  std::vector<double> x;         // column by column
+  std::vector<Figures> figures;  // one
 };
 
 inline std::string encode(const Request& r) {
   return common::encode_blocks(r.shape, r.nodes, r.connectivity, r.element_materials, r.fixed,
                                r.materials, r.body_points, r.body_sizes, r.body_nodes,
-                               r.spring_nodes, r.springs, r.loads);
+                               r.spring_nodes, r.springs);
 }
-inline bool decode(const std::string& bytes, Request& r) {
-  return common::decode_blocks(bytes, r.shape, r.nodes, r.connectivity, r.element_materials,
-                               r.fixed, r.materials, r.body_points, r.body_sizes, r.body_nodes,
-                               r.spring_nodes, r.springs, r.loads);
-}
-inline std::string encode(const Answer& answer) {
-  return common::encode_blocks(answer.x, answer.numbers);
+inline bool read(std::istream& file, Request& r) {
+  return common::read_blocks(file, r.shape, r.nodes, r.connectivity, r.element_materials, r.fixed,
+                             r.materials, r.body_points, r.body_sizes, r.body_nodes, r.spring_nodes,
+                             r.springs);
 }
 inline bool decode(const std::string& bytes, Answer& answer) {
-  return common::decode_blocks(bytes, answer.x, answer.numbers);
+  return common::decode_blocks(bytes, answer.x, answer.figures);
 }
 
 }  // namespace kinetostat::fea::petsc

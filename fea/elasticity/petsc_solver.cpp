@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -21,7 +22,7 @@ static_assert(petsc::exit_out_of_memory == common::exit_out_of_memory);
 constexpr const char* helper = "kinetostat-petsc";
 
 petsc::Request request_of(const TetMesh& mesh, const std::vector<Material>& materials,
-                          const DofMap& unknowns, const Eigen::MatrixXd& loads) {
+                          const DofMap& unknowns) {
   petsc::Request request{.shape = {mesh.order, mesh.curved ? 1 : 0},
                          .nodes = {},
                          .connectivity = {mesh.connectivity.begin(), mesh.connectivity.end()},
@@ -32,8 +33,7 @@ petsc::Request request_of(const TetMesh& mesh, const std::vector<Material>& mate
                          .body_sizes = {},
                          .body_nodes = {},
                          .spring_nodes = {},
-                         .springs = {},
-                         .loads = {loads.data(), loads.data() + loads.size()}};
+                         .springs = {}};
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     const Vector3& p = mesh.nodes[n];
     request.nodes.insert(request.nodes.end(), p.begin(), p.end());
@@ -103,7 +103,10 @@ PetscSolution solve_with_petsc(const TetMesh& mesh, const std::vector<Material>&
                                const DofMap& unknowns, const Eigen::MatrixXd& loads,
                                const PetscOptions& options, common::Progress& progress) {
   common::ChildCall call = call_for(options);
-  call.input = encode(request_of(mesh, materials, unknowns, loads));
+  call.input = encode(request_of(mesh, materials, unknowns));
+  common::append_count(call.input, at(loads.size()));
+  call.more_input = {
+      {reinterpret_cast<const char*>(loads.data()), sizeof(double) * at(loads.size())}};
   common::ChildResult result;
   try {
     result = common::run_child(call, "PETSc", progress);
@@ -115,16 +118,19 @@ PetscSolution solve_with_petsc(const TetMesh& mesh, const std::vector<Material>&
                               "Use a larger element size, or more machines (--launcher)");
   petsc::Answer answer;
   if (result.end != common::ChildResult::End::exited || result.code != petsc::exit_done ||
-      !decode(result.answer, answer) || answer.x.size() != at(loads.size()) ||
-      answer.numbers.size() != 6)
+      !decode(std::exchange(result.answer, {}), answer) || answer.x.size() != at(loads.size()) ||
+      answer.figures.size() != 1)
     throw PetscFailure(fmt::format("PETSc failed: {}", reason(result)));
+  const petsc::Figures& figures = answer.figures.front();
   return {.x = Eigen::Map<const Eigen::MatrixXd>(answer.x.data(), loads.rows(), loads.cols()),
-          .iterations = static_cast<int>(answer.numbers[0]),
-          .residual = answer.numbers[1],
-          .coarse_unknowns = static_cast<std::size_t>(answer.numbers[2]),
-          .setup_seconds = answer.numbers[3],
-          .solve_seconds = answer.numbers[4],
-          .bytes = answer.numbers[5]};
+          .iterations = static_cast<int>(figures.iterations),
+          .residual = figures.residual,
+          .coarse_unknowns = static_cast<std::size_t>(figures.coarse_unknowns),
+          .setup_seconds = figures.setup_seconds,
+          .solve_seconds = figures.solve_seconds,
+          .bytes = figures.bytes,
+          .largest_bytes = figures.largest_bytes,
+          .most_elements = static_cast<std::size_t>(figures.most_elements)};
 }
 
 }  // namespace kinetostat::fea

@@ -30,7 +30,8 @@ struct PetscSolution {
   double residual = 0;
   std::size_t coarse_unknowns = 0;
   double setup_seconds = 0, solve_seconds = 0;
-  double bytes = 0;  // of all processes, at most
+  double bytes = 0, largest_bytes = 0;  // at most, of all processes together and of the largest
+  std::size_t most_elements = 0;        // that one process has
 };
 
 /// The helper program kinetostat-petsc is installed.

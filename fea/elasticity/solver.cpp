@@ -138,6 +138,8 @@ class Task {
     stats_.setup_seconds = solution.setup_seconds;
     stats_.solve_seconds = solution.solve_seconds;
     stats_.helper_bytes = solution.bytes;
+    stats_.largest_helper_bytes = solution.largest_bytes;
+    stats_.most_elements = solution.most_elements;
   }
 
   void forecast_petsc() {

@@ -63,7 +63,9 @@ struct SolverStats {
   double residual = 0;              // reached by conjugate gradients, as SolverOptions::tolerance
   double assembly_seconds = 0, setup_seconds = 0, solve_seconds = 0;  // wall clock
   double bytes_before = 0, peak_bytes = 0;                            // of the process
-  double helper_bytes = 0;                                            // of all those of petsc
+  /// Peaks of petsc's processes: of all together, of the largest.
+  double helper_bytes = 0, largest_helper_bytes = 0;
+  std::size_t most_elements = 0;  // that one of them has
 };
 
 struct Solution {

@@ -184,6 +184,7 @@ Json solver_json(const SolverStats& solver) {
   json["forecast"] = {{"direct", forecast_json(solver.direct)},
                       {"multigrid", forecast_json(solver.multigrid)},
                       {"petsc", forecast_json(solver.petsc)}};
+  if (solver.most_elements > 0) json["most_elements"] = solver.most_elements;
   return json;
 }
 
@@ -197,8 +198,10 @@ Json timings_json(const LinkResult& result) {
   json["solution"] = result.response.solver.solve_seconds;
   json["memory_before_solution"] = result.response.solver.bytes_before;
   json["memory_peak"] = result.response.solver.peak_bytes;
-  if (result.response.solver.helper_bytes > 0)
+  if (result.response.solver.helper_bytes > 0) {
     json["memory_helper"] = result.response.solver.helper_bytes;
+    json["memory_helper_largest"] = result.response.solver.largest_helper_bytes;
+  }
   json["blas"] = result.blas.name;
   json["blas_threads"] = result.blas.threads;
   return json;

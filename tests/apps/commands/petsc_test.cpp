@@ -1,6 +1,7 @@
-// The solver in PETSc, on one process and on two, beside the factors of the matrix.
+// The solver in PETSc, on one process and several, beside the factors of the matrix.
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -31,10 +32,10 @@ class Petsc : public testing::Test {
     setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);       // which has other work
   }
 
-  // A coarse bar whose ends both have this coupling.
-  static void write_link(const std::string& coupling) {
+  // A bar whose ends both have this coupling, of elements so large [mm].
+  static void write_link(const std::string& coupling, int size = 24) {
     std::string text = io::read_text(working_folder() / "meshes/test_bar.yaml");
-    text.replace(text.find("size: 3"), 7, "size: 24");
+    text.replace(text.find("size: 3"), 7, "size: " + std::to_string(size));
     text.replace(text.find("test_bar.stl"), 12, "meshes/test_bar.stl");
     text.replace(text.find("coupling: rigid"), 15, "coupling: " + coupling);
     if (const std::size_t fixed = text.find("fixed:"); fixed != std::string::npos)
@@ -62,17 +63,68 @@ class Petsc : public testing::Test {
   }
 };
 
-TEST_F(Petsc, OneProcessAndTwoAgreeWithTheFactors) {
-  for (const char* coupling : {"rigid", "distributing"}) {  // a rigid body; springs to the ground
+class PetscProcesses : public Petsc {
+ protected:
+  void SetUp() override {
+    Petsc::SetUp();
+    if (!IsSkipped() && std::system("command -v mpirun > /dev/null 2>&1") != 0)
+      GTEST_SKIP() << "mpirun is not installed (Debian: openmpi-bin)";
+  }
+};
+
+// A rigid body, springs to the ground, and elements of a second, much stiffer material.
+TEST_F(Petsc, OneProcessAgreesWithTheFactors) {
+  for (const char* coupling : {"rigid", "distributing", "body"}) {
     write_link(coupling);
-    const io::Json direct = identified("--solver direct");
     const io::Json one = identified("--solver petsc");
     EXPECT_EQ(one["solver"]["method"], "petsc");
-    expect_agreement(one, direct);
-    if (std::system("command -v mpirun > /dev/null 2>&1") != 0)
-      GTEST_SKIP() << "mpirun is not installed (Debian: openmpi-bin): one process only";
-    expect_agreement(identified("--solver petsc --processes 2"), direct);
+    expect_agreement(one, identified("--solver direct"));
   }
+}
+
+TEST_F(PetscProcesses, SeveralProcessesAgreeWithTheFactors) {
+  for (const char* coupling : {"rigid", "distributing", "body"}) {
+    write_link(coupling, 12);
+    const io::Json direct = identified("--solver direct");
+    for (const char* processes : {"2", "3", "4"})
+      expect_agreement(identified(std::string("--solver petsc --processes ") + processes), direct);
+  }
+}
+
+// Elements with curved edges, and springs on their middle nodes.
+TEST_F(PetscProcesses, AgreeOnElementsWithCurvedEdges) {
+  if (!std::filesystem::exists(
+          std::filesystem::path(KINETOSTAT_PROGRAM).replace_filename("kinetostat-step")))
+    GTEST_SKIP() << "Open CASCADE is not installed";
+  std::string text = io::read_text(working_folder() / "meshes/cad/cylinder.yaml");
+  text.replace(text.find("cylinder.step"), 13, "meshes/cad/cylinder.step");
+  text.replace(text.find("accuracy: 1 %"), 13, "order: 2, size: 8");
+  std::ofstream(working_folder() / "petsc.yaml") << text;
+  const io::Json direct = identified("--solver direct");
+  expect_agreement(identified("--solver petsc --processes 3"), direct);
+}
+
+// Some processes have no unknowns then.
+TEST_F(PetscProcesses, MayBeMoreThanASmallModelFills) {
+  write_link("rigid", 100);
+  expect_agreement(identified("--solver petsc --processes 4"), identified("--solver direct"));
+}
+
+// So that many processes, and machines, hold what one cannot.
+TEST_F(PetscProcesses, DivideTheModelAmongThem) {
+  write_link("rigid", 6);
+  const io::Json one = identified("--solver petsc");
+  const io::Json four = identified("--solver petsc --processes 4");
+  const auto elements = one["mesh"]["elements"].get<double>();
+  EXPECT_EQ(one["solver"]["most_elements"].get<double>(), elements);
+  EXPECT_LT(four["solver"]["most_elements"].get<double>(), 0.35 * elements);
+  EXPECT_GE(four["solver"]["most_elements"].get<double>(), 0.25 * elements);
+  const auto peak = [](const io::Json& json, const char* key) {
+    return json["timings"][key].get<double>();
+  };
+  EXPECT_EQ(peak(one, "memory_helper"), peak(one, "memory_helper_largest"));
+  EXPECT_LT(peak(four, "memory_helper_largest"), 0.5 * peak(four, "memory_helper"));
+  expect_agreement(four, one);
 }
 
 TEST_F(Petsc, SaysWhichLauncherIsMissing) {
