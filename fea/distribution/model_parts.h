@@ -20,7 +20,7 @@ struct BlockNumbers {
   bool is_own(int number) const { return number >= first && number < end; }
   /// Number of a block of the part's DofMap.
   int of_block(int block) const;
-  /// Where own nodes begin among the blocks of the part's DofMap.
+  /// First of the own nodes among the blocks of the part's DofMap.
   int first_block() const;
 };
 

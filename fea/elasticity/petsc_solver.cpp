@@ -92,11 +92,12 @@ std::string reason(const common::ChildResult& result) {
 bool has_petsc() { return !common::find_helper(helper).empty(); }
 
 double petsc_bytes(std::size_t unknowns, std::size_t columns, int processes) {
-  constexpr double per_process = 60e6, mesh = 150, matrices = 830;  // per unknown
-  constexpr double per_load = 80;  // the loads and the solution, on their way in two processes
-  const auto n = static_cast<double>(unknowns);
-  return processes * (per_process + mesh * n) +
-         (matrices + per_load * static_cast<double>(columns)) * n;
+  constexpr double per_process = 65e6;
+  // Per unknown; borders between several processes, and loads and displacements in memory files.
+  constexpr double matrices = 1200, borders = 150, per_load = 16;
+  const double per_unknown =
+      matrices + (processes > 1 ? borders : 0.0) + per_load * static_cast<double>(columns);
+  return processes * per_process + per_unknown * static_cast<double>(unknowns);
 }
 
 PetscSolution solve_with_petsc(const TetMesh& mesh, const std::vector<Material>& materials,

@@ -37,7 +37,8 @@ struct PetscSolution {
 /// The helper program kinetostat-petsc is installed.
 bool has_petsc();
 
-/// Memory of all its processes together [bytes]; found on a foot of 30,000 to 160,000 unknowns.
+/// Memory of all its processes together, and of the files between them and this one [bytes]; found
+/// on an L-shaped foot of 3 and 10 million unknowns and on bars of 30,000 to 160,000.
 double petsc_bytes(std::size_t unknowns, std::size_t columns, int processes);
 
 /// Requires order 2 and has_petsc(). Throws PetscFailure, common::OutOfMemory, Cancelled.

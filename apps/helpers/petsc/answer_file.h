@@ -1,6 +1,7 @@
 // The answer as the first process writes it: each displacement as soon as it is known.
 #pragma once
 
+#include <cstdint>
 #include <fstream>
 #include <vector>
 
@@ -8,6 +9,7 @@
 
 namespace kinetostat::petsc {
 
+/// As petsc_protocol.h has it.
 class AnswerFile {
  public:
   /// Without a path for processes that have no file.

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <petscvec.h>
+#include <utility>
 #include <vector>
 
 namespace kinetostat::petsc {
 
+/// Blocks of three values, in the order of the files here and in that of the processes there.
 class ColumnExchange {
  public:
   /// For processes other than the first.

@@ -81,6 +81,29 @@ void in_parts(const std::vector<BlockRange>& own, const Work& work) {
       work(BlockRange{first, std::min(first + at_once, end)});
 }
 
+// The middle of the nodes of all processes.
+Vector3 middle_of_all(const TetMesh& mesh) {
+  const fea::Box own = fea::bounding_box(mesh.nodes);  // without nodes it spans nothing
+  Vector3 middle;
+  for (int k = 0; k < 3; ++k)
+    middle[k] = 0.5 * (least_of_all(own.min()[k]) + largest_of_all(own.max()[k]));
+  return middle;
+}
+
+// Makes the vectors an orthonormal basis of what they span.
+void make_orthonormal(Vec (&modes)[6]) {
+  for (int k = 0; k < 6; ++k) {
+    check(VecAssemblyBegin(modes[k]));
+    check(VecAssemblyEnd(modes[k]));
+    for (int before = 0; before < k; ++before) {
+      PetscScalar share = 0;
+      check(VecDot(modes[k], modes[before], &share));
+      check(VecAXPY(modes[k], -share, modes[before]));
+    }
+    check(VecNormalize(modes[k], nullptr));
+  }
+}
+
 }  // namespace
 
 Mat stiffness_of(const TetMesh& mesh, const std::vector<fea::Material>& materials,
@@ -127,33 +150,6 @@ Mat prolongation_of(const fea::ModelPart& part, const DofMap& corners) {
   finish(matrix);
   return matrix;
 }
-
-namespace {
-
-// The middle of the nodes of all processes.
-Vector3 middle_of_all(const TetMesh& mesh) {
-  const fea::Box own = fea::bounding_box(mesh.nodes);  // without nodes it spans nothing
-  Vector3 middle;
-  for (int k = 0; k < 3; ++k)
-    middle[k] = 0.5 * (least_of_all(own.min()[k]) + largest_of_all(own.max()[k]));
-  return middle;
-}
-
-// Makes the vectors an orthonormal basis of what they span.
-void make_orthonormal(Vec (&modes)[6]) {
-  for (int k = 0; k < 6; ++k) {
-    check(VecAssemblyBegin(modes[k]));
-    check(VecAssemblyEnd(modes[k]));
-    for (int before = 0; before < k; ++before) {
-      PetscScalar share = 0;
-      check(VecDot(modes[k], modes[before], &share));
-      check(VecAXPY(modes[k], -share, modes[before]));
-    }
-    check(VecNormalize(modes[k], nullptr));
-  }
-}
-
-}  // namespace
 
 void know_rigid_motions(Mat matrix, const TetMesh& mesh, const DofMap& unknowns,
                         const BlockNumbers& numbers) {

@@ -1,6 +1,7 @@
 #include "kinetostat/apps/helpers/petsc/model_share.h"
 
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "kinetostat/apps/helpers/petsc/processes.h"

@@ -4,7 +4,9 @@
 // unknowns. Each makes its own rows of the matrices; loads and displacements pass one by one.
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <stdexcept>
 #include <string>

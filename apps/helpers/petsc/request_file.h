@@ -22,6 +22,7 @@ struct WholeModel {
   fea::DofMap unknowns;
 };
 
+/// As petsc_protocol.h has it.
 class RequestFile {
  public:
   /// Without a path for processes that have no file.
