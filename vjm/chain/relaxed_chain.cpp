@@ -1,6 +1,8 @@
 #include "kinetostat/vjm/chain/relaxed_chain.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -84,8 +86,6 @@ bool add_springs(const Chain& chain, const std::vector<ElasticTwist>& elastic,
   return true;
 }
 
-}  // namespace
-
 std::optional<RelaxedChain> relaxed(const Chain& chain) {
   RelaxedChain result;
   const auto chosen = chosen_of(chain);
@@ -96,6 +96,18 @@ std::optional<RelaxedChain> relaxed(const Chain& chain) {
   if (!find_joints(chain, result, elastic) || !add_springs(chain, elastic, result) ||
       result.joints.size() > RelaxedChain::most_joints)
     return std::nullopt;
+  return result;
+}
+
+}  // namespace
+
+std::vector<RelaxedChain> relaxed_chains(const std::vector<Chain>& chains) {
+  std::vector<RelaxedChain> result;
+  for (const Chain& chain : chains) {
+    std::optional<RelaxedChain> one = relaxed(chain);
+    if (!one) return {};
+    result.push_back(*std::move(one));
+  }
   return result;
 }
 

@@ -2,7 +2,6 @@
 // moves. Internal to this module.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "kinetostat/spatial/pose.h"
@@ -20,6 +19,7 @@ using Matrix6Lanes = Eigen::Matrix<Lanes, 6, 6>;
 struct RelaxedChain {
   static constexpr int most_coordinates = 8, most_joints = 12;
   using Coordinates = Eigen::Matrix<Lanes, Eigen::Dynamic, 1, 0, most_coordinates, 1>;
+  using Twists = Eigen::Matrix<Lanes, 6, Eigen::Dynamic, 0, 6, most_coordinates>;
 
   struct Joint {
     spatial::Matrix3 rotation;  // from the segment before it
@@ -45,9 +45,9 @@ struct RelaxedChain {
   spatial::Pose tail;             // from the last segment to the end
 };
 
-/// Nothing for a chain of another shape: with springs over segments or over several drives, or with
-/// more joints than the above.
-std::optional<RelaxedChain> relaxed(const Chain& chain);
+/// Of all chains; none when one has another shape: springs over segments or over several of the
+/// chosen coordinates, or more joints than the above.
+std::vector<RelaxedChain> relaxed_chains(const std::vector<Chain>& chains);
 
 /// Where the joints of a relaxed chain stand, pose by pose.
 struct RelaxedKinematics {
@@ -104,9 +104,8 @@ inline void evaluate(const RelaxedChain& chain, const RelaxedChain::Coordinates&
 }
 
 /// Twists [v; w] of the chosen coordinates at the end.
-inline void twists_of(
-    const RelaxedChain& chain, const RelaxedKinematics& at,
-    Eigen::Matrix<Lanes, 6, Eigen::Dynamic, 0, 6, RelaxedChain::most_coordinates>& twists) {
+inline void twists_of(const RelaxedChain& chain, const RelaxedKinematics& at,
+                      RelaxedChain::Twists& twists) {
   const Lanes zero(0.0);
   twists.resize(6, static_cast<Eigen::Index>(chain.chosen.size()));
   for (Eigen::Index k = 0; k < twists.cols(); ++k)

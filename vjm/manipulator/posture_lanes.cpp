@@ -13,7 +13,6 @@ namespace {
 using Eigen::Index;
 using spatial::Matrix3;
 using spatial::Pose;
-using Twists = Eigen::Matrix<Lanes, 6, Eigen::Dynamic, 0, 6, RelaxedChain::most_coordinates>;
 using Vector6Lanes = Eigen::Matrix<Lanes, 6, 1>;
 using Coordinates = RelaxedChain::Coordinates;
 
@@ -54,7 +53,7 @@ void rotation_between(const Matrix3Lanes& from, const Matrix3Lanes& to, Vector6L
 struct Place {
   Coordinates z;  // rotations times the length
   Vector6Lanes error;
-  Twists jacobian;
+  RelaxedChain::Twists jacobian;
   Lanes squared, largest;
 };
 
@@ -161,24 +160,23 @@ Lanes find(const Search& search, Coordinates& z, Lanes tolerance, int max_iterat
   return now.largest;
 }
 
-// The chains of a robot for many poses; empty when one has another shape.
+// A chain of a robot for many poses.
 struct ChainSearch {
-  const Chain& chain;
   RelaxedChain relaxed;
   Eigen::VectorXd home;
   double length = 1;
 };
 
+// None where they cannot be searched together.
 std::vector<ChainSearch> searches_of(const Manipulator& manipulator) {
   std::vector<ChainSearch> searches;
-  if (!manipulator.is_parallel()) return {};
+  if (!manipulator.is_parallel()) return searches;
   ChainKinematics kinematics;
-  for (const Chain& chain : manipulator.chains()) {
-    std::optional<RelaxedChain> quick = relaxed(chain);
-    if (!quick) return {};
+  for (RelaxedChain& relaxed : relaxed_chains(manipulator.chains())) {
+    const Chain& chain = manipulator.chains()[searches.size()];
     evaluate(chain, chain.home(), kinematics);
     const double length = kinematics.reach > 0 ? kinematics.reach : 1.0;
-    searches.push_back({chain, std::move(*quick), chain.home(), length});
+    searches.push_back({std::move(relaxed), chain.home(), length});
   }
   return searches;
 }

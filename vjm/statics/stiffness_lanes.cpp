@@ -10,7 +10,6 @@ namespace {
 using Eigen::Index;
 using spatial::Matrix6;
 using Coordinates = RelaxedChain::Coordinates;
-using Twists = Eigen::Matrix<Lanes, 6, Eigen::Dynamic, 0, 6, RelaxedChain::most_coordinates>;
 
 // What is far enough from a dependence to go without pivots; the others go alone.
 constexpr double clear = 1e-5;
@@ -91,8 +90,8 @@ struct Reflections {
 
 // N (N' C N)^-1 N' with N the wrenches that the reflected columns do not work on, in the lower
 // triangle; the lanes in which that can be relied on.
-LaneMask add_stiffness(const Reflections& passive, const Matrix6Lanes& compliance, Lanes length,
-                       Matrix6Lanes& stiffness) {
+LaneMask add_transmitted(const Reflections& passive, const Matrix6Lanes& compliance, Lanes length,
+                         Matrix6Lanes& stiffness) {
   const int n = 6 - passive.count;
   Matrix6Lanes basis, felt, reduced;
   for (int j = 0; j < n; ++j) {
@@ -141,7 +140,7 @@ LaneMask add_stiffness(const Reflections& passive, const Matrix6Lanes& complianc
 LaneMask add_stiffness(const RelaxedChain& chain, const Coordinates& x, Matrix6Lanes& stiffness) {
   RelaxedKinematics at;
   evaluate(chain, x, at);
-  Twists twists;
+  RelaxedChain::Twists twists;
   twists_of(chain, at, twists);
   Lanes reach(0.0);
   for (std::size_t j = 0; j < chain.joints.size(); ++j) {
@@ -171,7 +170,7 @@ LaneMask add_stiffness(const RelaxedChain& chain, const Coordinates& x, Matrix6L
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j <= i; ++j)
       compliance(i, j) *= (i < 3 ? Lanes(1.0) : length) * (j < 3 ? Lanes(1.0) : length);
-  return passive.good & add_stiffness(passive, compliance, length, stiffness);
+  return passive.good & add_transmitted(passive, compliance, length, stiffness);
 }
 
 // The coordinates of a chain in up to four postures, of which the last fills what is left.
@@ -187,17 +186,6 @@ Coordinates gathered(const RelaxedChain& chain, const std::vector<Posture>& post
   return x;
 }
 
-std::vector<RelaxedChain> relaxed_chains(const Manipulator& manipulator) {
-  std::vector<RelaxedChain> chains;
-  if (!manipulator.is_parallel()) return {};
-  for (const Chain& chain : manipulator.chains()) {
-    std::optional<RelaxedChain> quick = relaxed(chain);
-    if (!quick) return {};
-    chains.push_back(std::move(*quick));
-  }
-  return chains;
-}
-
 }  // namespace
 
 std::vector<std::optional<spatial::Stiffness6>> unloaded_stiffness_matrices(
@@ -205,7 +193,9 @@ std::vector<std::optional<spatial::Stiffness6>> unloaded_stiffness_matrices(
   if (manipulator.has_errors())
     return unloaded_stiffness_matrices(manipulator.without_errors(), postures);
   std::vector<std::optional<spatial::Stiffness6>> results(postures.size());
-  const std::vector<RelaxedChain> chains = relaxed_chains(manipulator);
+  const std::vector<RelaxedChain> chains = manipulator.is_parallel()
+                                               ? relaxed_chains(manipulator.chains())
+                                               : std::vector<RelaxedChain>();
   for (std::size_t first = 0; first < postures.size(); first += lane_count) {
     Matrix6Lanes sum;
     for (int k = 0; k < 36; ++k) sum.data()[k] = 0.0;
