@@ -59,8 +59,8 @@ bool lifts_weight(const vjm::Chain& chain, Index coordinate, const vjm::Manipula
 }
 
 // Balancers sit at the first two axes of a chain that lift, which carry all behind them; three
-// where it is not known which lift. Elsewhere their five values only imitate other errors of a
-// drive.
+// where it is not known which lift. Elsewhere their five values are but a confounder of other
+// errors of a drive.
 bool may_be_balanced(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
   const vjm::Chain& chain = bare.chains()[site.chain];
   const bool from_base = bare.span(site.chain).from == vjm::Span::base;

@@ -422,7 +422,7 @@ TEST(Verdict, BalancersAreSoughtWhereWeightActs) {
 }
 
 // Nobody balances a wrist: behind the first two axes that lift, the third of an arm with a
-// turntable included, the five values of a balancer only imitate an eccentric drive.
+// turntable included, the five values of a balancer are a confounder of an eccentric drive.
 TEST(Verdict, BalancersAreSoughtAtTheFirstAxesThatLift) {
   const auto balanced = [](const std::string& gravity) {
     std::string arm = "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\n" +
