@@ -35,7 +35,8 @@ class Lanes {
  public:
   using Vector = double __attribute__((vector_size(lane_count * sizeof(double))));
 
-  Lanes() = default;
+  /// No number yet, as of a double: lanes are filled where they are made.
+  Lanes() {}  // NOLINT(modernize-use-equals-default,cppcoreguidelines-pro-type-member-init)
   Lanes(double all) : value_{all, all, all, all} {}
   explicit Lanes(Vector value) : value_(value) {}
 
@@ -77,6 +78,10 @@ inline Lanes lane_by_lane(Lanes a, const Function& function) {
 inline Lanes sqrt(Lanes a) {
   return lane_by_lane(a, [](double x) { return std::sqrt(x); });
 }
+
+/// A matrix of lanes. They know their own alignment, which is more than Eigen may know of.
+template <int rows, int columns, int most_rows = rows, int most_columns = columns>
+using LaneMatrix = Eigen::Matrix<Lanes, rows, columns, Eigen::DontAlign, most_rows, most_columns>;
 
 /// Does work(), which returns nothing, with the widest registers that the processor has: all that
 /// it calls is compiled into one piece for each kind.

@@ -10,16 +10,16 @@
 
 namespace kinetostat::vjm {
 
-using Vector3Lanes = Eigen::Matrix<Lanes, 3, 1>;
-using Matrix3Lanes = Eigen::Matrix<Lanes, 3, 3>;
-using Matrix6Lanes = Eigen::Matrix<Lanes, 6, 6>;
+using Vector3Lanes = LaneMatrix<3, 1>;
+using Matrix3Lanes = LaneMatrix<3, 3>;
+using Matrix6Lanes = LaneMatrix<6, 6>;
 
 /// What all relaxed postures of a chain share. Springs of links do not move their coordinates from
 /// zero: those on one segment are one compliance that is constant in the axes of the segment.
 struct RelaxedChain {
   static constexpr int most_coordinates = 8, most_joints = 12;
-  using Coordinates = Eigen::Matrix<Lanes, Eigen::Dynamic, 1, 0, most_coordinates, 1>;
-  using Twists = Eigen::Matrix<Lanes, 6, Eigen::Dynamic, 0, 6, most_coordinates>;
+  using Coordinates = LaneMatrix<Eigen::Dynamic, 1, most_coordinates, 1>;
+  using Twists = LaneMatrix<6, Eigen::Dynamic, 6, most_coordinates>;
 
   struct Joint {
     spatial::Matrix3 rotation;  // from the segment before it
@@ -61,8 +61,10 @@ struct RelaxedKinematics {
 /// Base axes. `x`: the coordinates that the posture chooses.
 inline void evaluate(const RelaxedChain& chain, const RelaxedChain::Coordinates& x,
                      RelaxedKinematics& at) {
-  at.rotations[0].setIdentity();
-  at.positions[0].setZero();
+  for (int i = 0; i < 3; ++i) {
+    at.positions[0][i] = 0.0;
+    for (int j = 0; j < 3; ++j) at.rotations[0](i, j) = i == j ? 1.0 : 0.0;
+  }
   const auto lead = [&](std::size_t from, const spatial::Matrix3& rotation,
                         const spatial::Vector3& position, Matrix3Lanes& r, Vector3Lanes& p) {
     for (int i = 0; i < 3; ++i) {
@@ -82,7 +84,7 @@ inline void evaluate(const RelaxedChain& chain, const RelaxedChain::Coordinates&
     lead(j, joint.rotation, joint.position, r, p);
     const int axis = axis_index(joint.motion);
     at.origins[j] = p;
-    at.axes[j] = r.col(axis);
+    for (int i = 0; i < 3; ++i) at.axes[j][i] = r(i, axis);
     const Lanes value = x[joint.coordinate] * joint.factor;
     if (!is_rotation(joint.motion)) {
       for (int i = 0; i < 3; ++i) p[i] += value * r(i, axis);

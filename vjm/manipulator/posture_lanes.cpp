@@ -13,7 +13,7 @@ namespace {
 using Eigen::Index;
 using spatial::Matrix3;
 using spatial::Pose;
-using Vector6Lanes = Eigen::Matrix<Lanes, 6, 1>;
+using Vector6Lanes = LaneMatrix<6, 1>;
 using Coordinates = RelaxedChain::Coordinates;
 
 // Poses side by side.
@@ -88,7 +88,7 @@ struct Search {
 // -(J'J + damping)^-1 J'e by Cholesky's factors.
 Coordinates step_from(const Place& at, Lanes damping) {
   const Index n = at.z.size();
-  Eigen::Matrix<Lanes, RelaxedChain::most_coordinates, RelaxedChain::most_coordinates> normal;
+  LaneMatrix<RelaxedChain::most_coordinates, RelaxedChain::most_coordinates> normal;
   Coordinates step(n);
   Lanes largest(1e-12);
   for (Index a = 0; a < n; ++a) {

@@ -38,7 +38,7 @@ void add_segment(const RelaxedChain::Segment& segment, const RelaxedKinematics& 
                  Matrix6Lanes& compliance) {
   const auto j = static_cast<std::size_t>(segment.joints);
   const Matrix6& c = segment.compliance;
-  Matrix3Lanes a, b, d, s, product;
+  Matrix3Lanes a, b, d, s, x;
   turn(at.rotations[j], c.topLeftCorner<3, 3>(), a);
   turn(at.rotations[j], c.topRightCorner<3, 3>(), b);
   turn(at.rotations[j], c.bottomRightCorner<3, 3>(), d);
@@ -46,8 +46,8 @@ void add_segment(const RelaxedChain::Segment& segment, const RelaxedKinematics& 
   for (int i = 0; i < 3; ++i) arm[i] = at.position[i] - at.positions[j][i];
   const Lanes zero(0.0);
   s << zero, arm[2], -arm[1], -arm[2], zero, arm[0], arm[1], -arm[0], zero;
-  multiply(s, d, product);
-  const Matrix3Lanes x = b + product;
+  multiply(s, d, x);
+  for (int k = 0; k < 9; ++k) x.data()[k] += b.data()[k];
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k <= i; ++k) {
       Lanes sum = a(i, k);
@@ -62,7 +62,7 @@ void add_segment(const RelaxedChain::Segment& segment, const RelaxedKinematics& 
 // Householder's reflections of the columns of some twists, which are clearly independent in the
 // lanes of `good`.
 struct Reflections {
-  Eigen::Matrix<Lanes, 6, 6> vectors;  // column by column, of length sqrt(2)
+  Matrix6Lanes vectors;  // column by column, of length sqrt(2)
   int count = 0;
   LaneMask good = LaneMask::all();
 
