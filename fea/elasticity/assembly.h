@@ -16,7 +16,7 @@ namespace kinetostat::fea {
 
 /// A spring between a node and the ground [N/m].
 struct GroundSpring {
-  int node;
+  int node = 0;
   Matrix3 stiffness;
 };
 

@@ -147,7 +147,7 @@ class ChainPostureSolver {
   VectorXd solve() {
     if (held_.empty()) return solve_from_starts();
     ChainPostureSolver unheld(chain_, target_, {}, options_);
-    const VectorXd x = unheld.solve();
+    VectorXd x = unheld.solve();
     if (!unheld.is_reached(x)) return x;  // nor is it with joints held
     const VectorXd followed = follow(x);
     return is_reached(followed) ? followed : solve_from_starts();

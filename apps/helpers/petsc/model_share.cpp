@@ -11,7 +11,6 @@
 namespace kinetostat::petsc {
 namespace {
 
-using common::at;
 using fea::BlockNumbers;
 using fea::DofMap;
 using fea::ModelPart;
