@@ -297,9 +297,7 @@ void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
     d.correlation_beside = correlation_of(model.fit);
   }
   take_values(fitted_values(model.fit, model.present), d.found);
-  d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
-                                       exponent_of(model.fit));
-  d.left.log -= search.correlated_noise().gain(model.fit);
+  d.left = smooth_error_beside(model.fit, search);
   if (const auto way = search.correlated_noise().prevailing(model.fit))
     d.correlated_noise = search.correlated_noise().what(*way);
 }

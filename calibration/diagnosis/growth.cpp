@@ -153,12 +153,7 @@ class Grower {
 
  private:
   // An unmodelled smooth error beside all that was found is more likely than none.
-  bool leaves_something() const {
-    const BaseFit& fit = model_.fit;
-    const double left =
-        search_.free_form().evidence({-fit.at.residual, fit.at.jacobian}, exponent_of(fit)).log;
-    return left > search_.correlated_noise().gain(fit);
-  }
+  bool leaves_something() const { return smooth_error_beside(model_.fit, search_).log > 0; }
 
   void keep_first(std::size_t count) {
     model_.present.erase(model_.present.begin() + static_cast<std::ptrdiff_t>(count),
@@ -269,6 +264,13 @@ std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
                                        const std::vector<Candidate>& added, const BaseFit& start,
                                        common::Progress& progress) {
   return if_possible([&] { return fitter.fit(added, &start, progress); });
+}
+
+FreeFormEvidence smooth_error_beside(const BaseFit& fit, const Search& search) {
+  FreeFormEvidence left =
+      search.free_form().evidence({-fit.at.residual, fit.at.jacobian}, exponent_of(fit));
+  left.log -= search.correlated_noise().gain(fit);
+  return left;
 }
 
 Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,

@@ -28,13 +28,17 @@ struct Growth {
   std::vector<DiagnosisStep> steps;  // the rounds, in their order
 };
 
-/// Adds the best effect of each round as long as one is found (found_effect.h); where none is,
-/// looks for two that hide one another; then weighs each of several again beside the others: one
-/// that is not needed is dropped, one that is fitted better by something else gives way. One that
+/// Adds the best effect of each round as long as one is found (found_effect.h), or a part of what
+/// is missing where all of them leave nothing; where none is, looks for two that hide one another;
+/// then weighs each of several again beside the others: one that is not needed is dropped, one that
+/// is fitted better by something else gives way, and more may be added after that. One that
 /// is left alone, and less probable than that nothing is missing, is given up. `fit`: of the model
 /// without anything added, for which `search` has been screened.
 Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,
             const DiagnosisOptions& options, const BaseFit& fit, common::Progress& progress);
+
+/// Log evidence of an unmodelled smooth error beside a fitted model, whose noise may be correlated.
+FreeFormEvidence smooth_error_beside(const BaseFit& fit, const Search& search);
 
 /// fit() of a fitter; none where the model has no equilibrium or no solution.
 std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
