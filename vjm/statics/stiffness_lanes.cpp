@@ -66,7 +66,7 @@ struct Reflections {
   int count = 0;
   LaneMask good = LaneMask::all();
 
-  // Of a column that the earlier ones have been applied to.
+  // The reflection of a column that the earlier ones are applied to first.
   void add(Lanes (&column)[6]) {
     Lanes whole(0.0), left(0.0);
     for (int i = 0; i < 6; ++i) whole += column[i] * column[i];

@@ -6,7 +6,6 @@
 
 #include "kinetostat/apps/helpers/petsc/processes.h"
 #include "kinetostat/common/byte_blocks.h"
-#include "kinetostat/common/index.h"
 
 namespace kinetostat::petsc {
 namespace {
