@@ -4,6 +4,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "kinetostat/vjm/batches/batches.h"
 #include "kinetostat/vjm/effects/effect_model.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -77,6 +78,14 @@ void under_load(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
 }
 BENCHMARK(under_load)->Name("3-PUU under a wrench: equilibrium, stiffness, stability");
+
+void under_load_of_many(benchmark::State& state) {
+  const std::vector<Load> loads(postures().size(), {{100, -50, 80}});
+  for (auto _ : state)
+    benchmark::DoNotOptimize(stable_equilibria(orthoglide().manipulator, postures(), loads));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
+}
+BENCHMARK(under_load_of_many)->Name("3-PUU under a wrench, 64 together");
 
 void inverse_kinematics(benchmark::State& state) {
   for (auto _ : state)

@@ -33,12 +33,6 @@ struct PostureResult {
 PostureResult posture_at(const Manipulator& manipulator, const spatial::Pose& target,
                          const PostureOptions& options = {});
 
-/// The same for many poses, four at a time where the chains allow it: to rounding what each gets
-/// alone, and no pose knows of the others.
-std::vector<PostureResult> postures_at(const Manipulator& manipulator,
-                                       const std::vector<spatial::Pose>& targets,
-                                       const PostureOptions& options = {});
-
 /// Errors [m] of a chain of this length [m] that a search for a pose stops at, and that count as
 /// reached: rounding of the pose itself bounds the first, and what closed loops have led to, which
 /// is over-constrained, comes no nearer than the second.

@@ -27,10 +27,6 @@ std::optional<spatial::Stiffness6> unloaded_stiffness(const Chain& chain,
 /// quick way, for maps; without geometric errors, as below.
 std::optional<spatial::Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
                                                              const Posture& posture);
-/// The same for many postures, four at a time where the chains allow it: to rounding what each gets
-/// alone, and no posture knows of the others.
-std::vector<std::optional<spatial::Stiffness6>> unloaded_stiffness_matrices(
-    const Manipulator& manipulator, const std::vector<Posture>& postures);
 
 /// A manipulator in a posture, springs relaxed. Its geometric errors do not count: with them the
 /// chains of an over-constrained robot close only under internal loads, a state that

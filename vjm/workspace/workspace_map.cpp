@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "kinetostat/common/parallel.h"
+#include "kinetostat/vjm/batches/batches.h"
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/manipulator/joint_range.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -225,7 +226,13 @@ double size_of(const Posture& posture) {
   return size > 0 ? size : 1.0;
 }
 
-// `quick`: the stiffness, where the quick way has found one.
+// What the quick ways, which treat many poses together, have found of one.
+struct Known {
+  std::optional<spatial::Stiffness6> relaxed;
+  std::optional<StableEquilibrium> loaded;
+  bool lasts = false;  // with finer beams as well
+};
+
 Flexibility relaxed_flexibility(const Manipulator& manipulator, const Posture& posture,
                                 const std::optional<spatial::Stiffness6>& quick) {
   const double length = size_of(posture);
@@ -235,6 +242,10 @@ Flexibility relaxed_flexibility(const Manipulator& manipulator, const Posture& p
     return {.compliance = symmetric_part(full.compliance->matrix()), .length = length};
   if (full.stiffness) return flexibility_of(full.stiffness->matrix(), length);
   return {.uncarried = Matrix6::Identity(), .length = length};
+}
+
+Flexibility loaded_flexibility(const StableEquilibrium& equilibrium, double length) {
+  return {.compliance = symmetric_part(equilibrium.stiffness.inverse().matrix()), .length = length};
 }
 
 Flexibility loaded_flexibility(const Equilibrium& equilibrium, double length) {
@@ -253,16 +264,19 @@ bool is_relaxed_at(const Manipulator& manipulator, const TargetPose& target) {
   return is_unloaded(target.load) && manipulator.is_relaxed_when_unloaded();
 }
 
-// A pose in whose posture the robot stands; `quick` as above, where it is relaxed.
+// A pose in whose posture the robot stands.
 MapPoint point_in(const Manipulator& manipulator, const TargetPose& target,
-                  const PostureResult& posture, const std::optional<spatial::Stiffness6>& quick,
+                  const PostureResult& posture, const Known& known,
                   const std::vector<MapIndex>& indices, const std::vector<Manipulator>& finer) {
   MapPoint point{.values = std::vector<double>(indices.size(), not_a_number)};
   if (!is_within_range(manipulator, posture)) return point;
   Flexibility flexibility;
   Vector6 deflection = Vector6::Zero();
   if (is_relaxed_at(manipulator, target)) {
-    flexibility = relaxed_flexibility(manipulator, posture.posture, quick);
+    flexibility = relaxed_flexibility(manipulator, posture.posture, known.relaxed);
+  } else if (known.loaded && (known.lasts || lasts_with(finer, target))) {
+    flexibility = loaded_flexibility(*known.loaded, size_of(posture.posture));
+    deflection = spatial::pose_difference(posture.posture.platform, known.loaded->platform);
   } else {
     const Equilibrium loaded = equilibrium_under_load(manipulator, posture.posture, target.load);
     point.state = MapState::no_equilibrium;
@@ -299,25 +313,69 @@ std::vector<PostureResult> postures_of(const Manipulator& manipulator, const Tar
   return all;
 }
 
-// Some poses, all by themselves: first the postures, then the stiffness of those that are relaxed.
+// Some poses of those that are treated together.
+struct Chosen {
+  std::vector<std::size_t> numbers;
+  std::vector<Posture> postures;
+
+  void add(std::size_t number, const PostureResult& found) {
+    numbers.push_back(number);
+    postures.push_back(found.posture);
+  }
+  std::vector<Load> loads(const TargetPose* targets) const {
+    std::vector<Load> all;
+    for (const std::size_t i : numbers) all.push_back(targets[i].load);
+    return all;
+  }
+};
+
+// Whether the equilibria that are known last when the beams have twice the segments.
+void find_whether_they_last(const TargetPose* targets, const std::vector<Manipulator>& finer,
+                            std::vector<Known>& known) {
+  Chosen chosen;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    known[i].lasts = finer.empty();
+    if (finer.empty() || !known[i].loaded) continue;
+    if (const PostureResult posture =
+            posture_holding(finer[0], targets[i].platform, targets[i].held);
+        posture.reached)
+      chosen.add(i, posture);
+  }
+  if (finer.empty()) return;
+  const auto found = stable_equilibria(finer[0], chosen.postures, chosen.loads(targets));
+  for (std::size_t k = 0; k < found.size(); ++k)
+    known[chosen.numbers[k]].lasts = found[k].has_value();
+}
+
+// What is known of poses in whose postures a robot stands.
+std::vector<Known> known_of(const Manipulator& manipulator, const TargetPose* targets,
+                            const std::vector<PostureResult>& postures,
+                            const std::vector<Manipulator>& finer) {
+  std::vector<Known> known(postures.size());
+  if (!manipulator.is_parallel()) return known;
+  Chosen relaxed, loaded;
+  for (std::size_t i = 0; i < postures.size(); ++i)
+    if (is_within_range(manipulator, postures[i]))
+      (is_relaxed_at(manipulator, targets[i]) ? relaxed : loaded).add(i, postures[i]);
+  const auto stiffnesses = unloaded_stiffness_matrices(manipulator, relaxed.postures);
+  for (std::size_t k = 0; k < stiffnesses.size(); ++k)
+    known[relaxed.numbers[k]].relaxed = stiffnesses[k];
+  const auto equilibria = stable_equilibria(manipulator, loaded.postures, loaded.loads(targets));
+  for (std::size_t k = 0; k < equilibria.size(); ++k)
+    known[loaded.numbers[k]].loaded = equilibria[k];
+  find_whether_they_last(targets, finer, known);
+  return known;
+}
+
+// Some poses, all by themselves: first the postures, then what is found of many together.
 std::vector<MapPoint> points_of(const Manipulator& manipulator, const TargetPose* targets,
                                 std::size_t count, const std::vector<MapIndex>& indices,
                                 const std::vector<Manipulator>& finer) {
   const std::vector<PostureResult> postures = postures_of(manipulator, targets, count);
-  std::vector<Posture> relaxed;
-  std::vector<std::size_t> numbers;
-  for (std::size_t i = 0; i < count; ++i)
-    if (manipulator.is_parallel() && is_relaxed_at(manipulator, targets[i]) &&
-        is_within_range(manipulator, postures[i])) {
-      relaxed.push_back(postures[i].posture);
-      numbers.push_back(i);
-    }
-  std::vector<std::optional<spatial::Stiffness6>> quick(count);
-  const auto found = unloaded_stiffness_matrices(manipulator, relaxed);
-  for (std::size_t k = 0; k < numbers.size(); ++k) quick[numbers[k]] = found[k];
+  const std::vector<Known> known = known_of(manipulator, targets, postures, finer);
   std::vector<MapPoint> points;
   for (std::size_t i = 0; i < count; ++i)
-    points.push_back(point_in(manipulator, targets[i], postures[i], quick[i], indices, finer));
+    points.push_back(point_in(manipulator, targets[i], postures[i], known[i], indices, finer));
   return points;
 }
 

@@ -1,4 +1,4 @@
-#include "kinetostat/vjm/chain/relaxed_chain.h"
+#include "kinetostat/vjm/batches/relaxed_chain.h"
 
 #include <algorithm>
 #include <optional>

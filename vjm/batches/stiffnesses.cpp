@@ -1,7 +1,8 @@
 // Stiffness of relaxed robots in many postures: four at a time.
 #include <algorithm>
 
-#include "kinetostat/vjm/chain/relaxed_chain.h"
+#include "kinetostat/vjm/batches/batches.h"
+#include "kinetostat/vjm/batches/relaxed_chain.h"
 #include "kinetostat/vjm/statics/stiffness.h"
 
 namespace kinetostat::vjm {
@@ -178,7 +179,7 @@ Coordinates gathered(const RelaxedChain& chain, const std::vector<Posture>& post
                      std::size_t first, std::size_t c) {
   Coordinates x(static_cast<Index>(chain.chosen.size()));
   for (int lane = 0; lane < lane_count; ++lane) {
-    const std::size_t i = std::min(first + static_cast<std::size_t>(lane), postures.size() - 1);
+    const std::size_t i = piece_of(first, lane, postures.size());
     for (Index k = 0; k < x.size(); ++k)
       x[k].set(lane,
                postures[i].coordinates[c][chain.chosen[static_cast<std::size_t>(k)].coordinate]);

@@ -5,14 +5,10 @@
 #include <vector>
 
 #include "kinetostat/spatial/pose.h"
+#include "kinetostat/vjm/batches/lanes.h"
 #include "kinetostat/vjm/chain/chain.h"
-#include "kinetostat/vjm/chain/lanes.h"
 
 namespace kinetostat::vjm {
-
-using Vector3Lanes = LaneMatrix<3, 1>;
-using Matrix3Lanes = LaneMatrix<3, 3>;
-using Matrix6Lanes = LaneMatrix<6, 6>;
 
 /// What all relaxed postures of a chain share. Springs of links do not move their coordinates from
 /// zero: those on one segment are one compliance that is constant in the axes of the segment.

@@ -1,7 +1,9 @@
 // Numbers side by side in the vector registers of the processor: the same work on several poses.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include <Eigen/Core>
 
@@ -10,7 +12,7 @@ namespace kinetostat::vjm {
 inline constexpr int lane_count = 4;
 
 /// Yes or no in every lane.
-class LaneMask {
+class alignas(lane_count * sizeof(long long)) LaneMask {
  public:
   using Vector = long long __attribute__((vector_size(lane_count * sizeof(long long))));
 
@@ -30,8 +32,9 @@ class LaneMask {
 };
 
 /// A number in every lane, a scalar for Eigen's matrices of fixed size. No lane knows of the
-/// others: each holds what a double would, to the last bit, whatever the processor offers.
-class Lanes {
+/// others: each holds what a double would, to the last bit, whatever the processor offers. Aligned
+/// for the widest registers, which the compiler does not know of where it makes room for one.
+class alignas(lane_count * sizeof(double)) Lanes {
  public:
   using Vector = double __attribute__((vector_size(lane_count * sizeof(double))));
 
@@ -82,6 +85,16 @@ inline Lanes sqrt(Lanes a) {
 /// A matrix of lanes. They know their own alignment, which is more than Eigen may know of.
 template <int rows, int columns, int most_rows = rows, int most_columns = columns>
 using LaneMatrix = Eigen::Matrix<Lanes, rows, columns, Eigen::DontAlign, most_rows, most_columns>;
+using Vector3Lanes = LaneMatrix<3, 1>;
+using Vector6Lanes = LaneMatrix<6, 1>;
+using Matrix3Lanes = LaneMatrix<3, 3>;
+using Matrix6Lanes = LaneMatrix<6, 6>;
+
+/// Which of `count` pieces of work a lane takes in the group that starts at `first`; the last one
+/// fills lanes that are left.
+inline std::size_t piece_of(std::size_t first, int lane, std::size_t count) {
+  return std::min(first + static_cast<std::size_t>(lane), count - 1);
+}
 
 /// Does work(), which returns nothing, with the widest registers that the processor has: all that
 /// it calls is compiled into one piece for each kind.

@@ -3,9 +3,9 @@
 #include <limits>
 
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/batches/batches.h"
+#include "kinetostat/vjm/batches/relaxed_chain.h"
 #include "kinetostat/vjm/chain/kinematics.h"
-#include "kinetostat/vjm/chain/relaxed_chain.h"
-#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -13,7 +13,6 @@ namespace {
 using Eigen::Index;
 using spatial::Matrix3;
 using spatial::Pose;
-using Vector6Lanes = LaneMatrix<6, 1>;
 using Coordinates = RelaxedChain::Coordinates;
 
 // Poses side by side.
@@ -186,9 +185,7 @@ struct Group {
   const std::vector<Pose>& poses;
   std::size_t first;
 
-  const Pose& of(int lane) const {
-    return poses[std::min(first + static_cast<std::size_t>(lane), poses.size() - 1)];
-  }
+  const Pose& of(int lane) const { return poses[piece_of(first, lane, poses.size())]; }
 };
 
 // Adds the coordinates of a chain in each pose, and takes back that they are reached.

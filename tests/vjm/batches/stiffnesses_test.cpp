@@ -3,36 +3,18 @@
 
 #include <gtest/gtest.h>
 
-#include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/chain/lanes.h"
-#include "kinetostat/vjm/io/robot_file.h"
-#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/batches/batches.h"
+#include "kinetostat/vjm/batches/lanes.h"
 #include "kinetostat/vjm/statics/stiffness.h"
 
-namespace kinetostat::vjm {
+#include "vjm/batches/poses_about.h"
+
+namespace kinetostat::vjm::stiffnesses_test {
 namespace {
 
+using samples::poses_about;
+using samples::shipped;
 using spatial::Pose;
-using spatial::Vector3;
-
-Robot shipped(const std::string& name) {
-  return read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/" + name);
-}
-
-// Poses about the home of a robot, some far beyond what it reaches.
-std::vector<Pose> poses_about(const Manipulator& manipulator, double spread, double turn,
-                              int count) {
-  const Pose home = posture_from_joints(manipulator, {}).posture.platform;
-  std::vector<Pose> poses;
-  for (int i = 0; i < count; ++i) {
-    const auto wave = [i](double k) { return std::sin(k * (i + 1)); };
-    const double far = i % 11 == 10 ? 40 : 1;
-    poses.emplace_back(
-        spatial::exp_rotation(turn * Vector3(wave(1.3), wave(2.1), wave(0.7))) * home.rotation(),
-        home.position() + far * spread * Vector3(wave(1.1), wave(1.9), wave(2.7)));
-  }
-  return poses;
-}
 
 void expect_as_alone(const Manipulator& manipulator, const std::vector<Pose>& poses) {
   const std::vector<PostureResult> together = postures_at(manipulator, poses);
@@ -134,4 +116,4 @@ TEST(Lanes, AreNumbersToTheLastBit) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::stiffnesses_test
