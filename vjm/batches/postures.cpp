@@ -1,11 +1,12 @@
 // Postures of many poses: four at a time.
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/batches/batches.h"
 #include "kinetostat/vjm/batches/relaxed_chain.h"
-#include "kinetostat/vjm/chain/kinematics.h"
+#include "kinetostat/vjm/manipulator/posture_search.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -159,71 +160,87 @@ Lanes find(const Search& search, Coordinates& z, Lanes tolerance, int max_iterat
   return now.largest;
 }
 
-// A chain of a robot for many poses.
-struct ChainSearch {
-  RelaxedChain relaxed;
-  Eigen::VectorXd home;
-  double length = 1;
-};
-
-// None where they cannot be searched together.
-std::vector<ChainSearch> searches_of(const Manipulator& manipulator) {
-  std::vector<ChainSearch> searches;
-  if (!manipulator.is_parallel()) return searches;
-  ChainKinematics kinematics;
-  for (RelaxedChain& relaxed : relaxed_chains(manipulator.chains())) {
-    const Chain& chain = manipulator.chains()[searches.size()];
-    evaluate(chain, chain.home(), kinematics);
-    const double length = kinematics.reach > 0 ? kinematics.reach : 1.0;
-    searches.push_back({std::move(relaxed), chain.home(), length});
+// A chain that looks for the postures of many poses.
+class ChainSearch {
+ public:
+  ChainSearch(const Chain& chain, RelaxedChain relaxed, const PostureOptions& options)
+      : chain_(chain), relaxed_(std::move(relaxed)), options_(options) {
+    length_ = search_length(chain, chain.home(), kinematics_);
   }
-  return searches;
-}
 
-// Up to four poses, of which the last fills what is left.
-struct Group {
-  const std::vector<Pose>& poses;
-  std::size_t first;
-
-  const Pose& of(int lane) const { return poses[piece_of(first, lane, poses.size())]; }
-};
-
-// Adds the coordinates of a chain in each pose, and takes back that they are reached.
-void place(const ChainSearch& search, const Group& group, const PostureOptions& options,
-           PostureResult* results[lane_count]) {
-  Targets targets;
-  Lanes sought;
-  for (int lane = 0; lane < lane_count; ++lane) {
-    const Pose& pose = group.of(lane);
-    for (int i = 0; i < 3; ++i) targets.position[i].set(lane, pose.position()[i]);
-    for (int i = 0; i < 9; ++i)
-      targets.rotation(i % 3, i / 3).set(lane, pose.rotation()(i % 3, i / 3));
-    sought.set(lane, posture_accuracy(search.length, pose, options).sought);
-  }
-  const auto& chosen = search.relaxed.chosen;
-  Coordinates z(static_cast<Index>(chosen.size()));
-  for (Index k = 0; k < z.size(); ++k) {
-    const RelaxedChain::Chosen& at = chosen[static_cast<std::size_t>(k)];
-    z[k] = search.home[at.coordinate] * (at.turns ? search.length : 1.0);
-  }
-  Lanes left;
-  in_lanes([&] {
-    left = find({search.relaxed, targets, search.length}, z, sought * 0.1, options.max_iterations);
-  });
-  for (int lane = 0; lane < lane_count; ++lane) {
-    if (results[lane] == nullptr) continue;
-    PostureResult& result = *results[lane];
-    if (!(left[lane] <= posture_accuracy(search.length, group.of(lane), options).accepted))
-      result.reached = false;
-    if (!result.reached) continue;
-    Eigen::VectorXd x = search.home;
-    for (Index k = 0; k < z.size(); ++k) {
-      const RelaxedChain::Chosen& at = chosen[static_cast<std::size_t>(k)];
-      x[at.coordinate] = z[k][lane] / (at.turns ? search.length : 1.0);
+  // Adds what the first start leads to that reaches a pose, else what comes nearest.
+  void place(const std::vector<Pose>& targets, std::vector<PostureResult>& results) {
+    nearest_.assign(targets.size(), {});
+    std::vector<std::size_t> missed(targets.size());
+    std::iota(missed.begin(), missed.end(), std::size_t{0});
+    for (int start = 0; start <= options_.restarts && !missed.empty(); ++start) {
+      const Eigen::VectorXd from = starting_point(chain_, start, length_);
+      for (std::size_t first = 0; first < missed.size(); first += lane_count)
+        look(targets, missed, first, from);
+      std::erase_if(missed, [&](std::size_t i) { return is_reached(i, targets[i]); });
     }
-    result.posture.coordinates.push_back(std::move(x));
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      if (!is_reached(i, targets[i])) note(targets[i], nearest_[i].x, results[i]);
+      results[i].posture.coordinates.push_back(std::move(nearest_[i].x));
+    }
   }
-}
+
+ private:
+  struct Nearest {
+    Eigen::VectorXd x;
+    double left = std::numeric_limits<double>::infinity();
+  };
+
+  bool is_reached(std::size_t i, const Pose& target) const {
+    return nearest_[i].left <= posture_accuracy(length_, target, options_).accepted;
+  }
+
+  // Four of the missed poses from the same coordinates.
+  void look(const std::vector<Pose>& targets, const std::vector<std::size_t>& missed,
+            std::size_t first, const Eigen::VectorXd& from) {
+    Targets poses;
+    Lanes tolerance;
+    for (int lane = 0; lane < lane_count; ++lane) {
+      const Pose& pose = targets[missed[piece_of(first, lane, missed.size())]];
+      for (int i = 0; i < 3; ++i) poses.position[i].set(lane, pose.position()[i]);
+      for (int i = 0; i < 9; ++i)
+        poses.rotation(i % 3, i / 3).set(lane, pose.rotation()(i % 3, i / 3));
+      tolerance.set(lane, 0.1 * posture_accuracy(length_, pose, options_).sought);
+    }
+    Coordinates z(static_cast<Index>(relaxed_.chosen.size()));
+    for (Index k = 0; k < z.size(); ++k) z[k] = from[chosen(k).coordinate] * unit(k);
+    Lanes left;
+    in_lanes([&] {
+      left = find({relaxed_, poses, length_}, z, tolerance, options_.max_iterations);
+    });
+    for (std::size_t i = first; i < std::min(first + lane_count, missed.size()); ++i) {
+      const auto lane = static_cast<int>(i - first);
+      Nearest& nearest = nearest_[missed[i]];
+      if (!(left[lane] < nearest.left)) continue;
+      nearest.left = left[lane];
+      nearest.x = chain_.home();
+      for (Index k = 0; k < z.size(); ++k) nearest.x[chosen(k).coordinate] = z[k][lane] / unit(k);
+    }
+  }
+
+  void note(const Pose& target, Eigen::VectorXd& x, PostureResult& result) {
+    if (x.size() == 0) x = chain_.home();
+    evaluate(chain_, x, kinematics_);
+    note_miss(chain_, spatial::pose_difference(kinematics_.end, target), result);
+  }
+
+  const RelaxedChain::Chosen& chosen(Index k) const {
+    return relaxed_.chosen[static_cast<std::size_t>(k)];
+  }
+  double unit(Index k) const { return chosen(k).turns ? length_ : 1.0; }
+
+  const Chain& chain_;
+  const RelaxedChain relaxed_;
+  const PostureOptions& options_;
+  ChainKinematics kinematics_;
+  double length_ = 1;
+  std::vector<Nearest> nearest_;  // of the poses
+};
 
 }  // namespace
 
@@ -232,19 +249,20 @@ std::vector<PostureResult> postures_at(const Manipulator& manipulator,
                                        const PostureOptions& options) {
   if (manipulator.has_errors()) return postures_at(manipulator.without_errors(), targets, options);
   std::vector<PostureResult> results(targets.size());
-  const std::vector<ChainSearch> searches = searches_of(manipulator);
-  for (std::size_t first = 0; !searches.empty() && first < targets.size(); first += lane_count) {
-    PostureResult* group[lane_count] = {};
-    for (std::size_t i = first; i < std::min(first + lane_count, targets.size()); ++i) {
-      group[i - first] = &results[i];
-      results[i].reached = true;
-      results[i].posture.platform = targets[i];
-      results[i].posture.coordinates.reserve(searches.size());
+  std::vector<RelaxedChain> chains = manipulator.is_parallel()
+                                         ? relaxed_chains(manipulator.chains())
+                                         : std::vector<RelaxedChain>();
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (chains.empty()) {
+      results[i] = posture_at(manipulator, targets[i], options);
+      continue;
     }
-    for (const ChainSearch& search : searches) place(search, {targets, first}, options, group);
+    results[i].reached = true;
+    results[i].posture.platform = targets[i];
+    results[i].posture.coordinates.reserve(chains.size());
   }
-  for (std::size_t i = 0; i < targets.size(); ++i)
-    if (!results[i].reached) results[i] = posture_at(manipulator, targets[i], options);
+  for (std::size_t c = 0; c < chains.size(); ++c)
+    ChainSearch(manipulator.chains()[c], std::move(chains[c]), options).place(targets, results);
   return results;
 }
 

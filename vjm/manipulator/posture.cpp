@@ -10,6 +10,7 @@
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/manipulator/joint_place.h"
+#include "kinetostat/vjm/manipulator/posture_search.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -56,11 +57,6 @@ VectorXd solve_least_squares(VectorXd z, const Evaluate& evaluate, double tolera
   return z;
 }
 
-double chain_scale(const Chain& chain, ChainKinematics& kinematics, const VectorXd& x) {
-  evaluate(chain, x, kinematics);
-  return kinematics.reach > 0 ? kinematics.reach : 1.0;
-}
-
 // Error of a pose with rotation turned into a length.
 Vector6 scaled_difference(const Pose& from, const Pose& to, double length) {
   Vector6 e = spatial::pose_difference(from, to);
@@ -75,17 +71,6 @@ double scatter(int index, int dimension) {
   double value = 0, digit = 1.0 / base;
   for (int i = index + dimension / 12; i > 0; i /= base, digit /= base) value += digit * (i % base);
   return 2 * value - 1;
-}
-
-VectorXd starting_point(const Chain& chain, int start, double length) {
-  VectorXd x = chain.home();
-  if (start == 0) return x;
-  int dimension = 0;
-  for (const Index k : chain.posture_coordinates()) {
-    const bool turns = is_rotation(chain.coordinates()[static_cast<std::size_t>(k)].motion);
-    x[k] += (turns ? 3.0 : length) * scatter(start, dimension++);
-  }
-  return x;
 }
 
 // A coordinate that keeps its value.
@@ -139,7 +124,7 @@ class ChainPostureSolver {
   ChainPostureSolver(const Chain& chain, const Pose& target, HeldCoordinates held,
                      const PostureOptions& options)
       : chain_(chain), target_(target), held_(std::move(held)), options_(options) {
-    length_ = chain_scale(chain, kinematics_, chain.home());
+    length_ = search_length(chain, chain.home(), kinematics_);
     for (const Index k : chain.posture_coordinates())
       if (!is_held(held_, k)) free_.push_back(k);
   }
@@ -251,7 +236,7 @@ class LoopCloser {
     kinematics_.resize(manipulator.size());
     for (std::size_t c = 0; c < manipulator.size(); ++c)
       length_ = std::max(
-          length_, chain_scale(manipulator.chains()[c], kinematics_[c], posture_.coordinates[c]));
+          length_, search_length(manipulator.chains()[c], posture_.coordinates[c], kinematics_[c]));
     place_bodies();
     choose_joints();
   }
@@ -413,7 +398,7 @@ PostureResult mechanism_from_starts(const Manipulator& manipulator, const Pose& 
     for (std::size_t c = 0; c < manipulator.size(); ++c) {
       const Chain& chain = manipulator.chains()[c];
       coordinates.push_back(
-          starting_point(chain, start, chain_scale(chain, kinematics, chain.home())));
+          starting_point(chain, start, search_length(chain, chain.home(), kinematics)));
       for (const HeldCoordinate& one : held[c]) coordinates[c][one.coordinate] = one.value;
     }
     PostureResult result =
@@ -436,7 +421,7 @@ PostureResult mechanism_followed(const Manipulator& manipulator, PostureResult f
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     const Chain& chain = manipulator.chains()[c];
     ways.emplace_back(chain, from.posture.coordinates[c], held[c],
-                      chain_scale(chain, kinematics, chain.home()));
+                      search_length(chain, chain.home(), kinematics));
     steps = std::max(steps, ways.back().steps());
   }
   for (int step = 1; step <= steps && from.reached; ++step) {
@@ -465,14 +450,6 @@ PostureResult mechanism_posture(const Manipulator& manipulator, const Pose& targ
   return mechanism_from_starts(manipulator, target, held, options);
 }
 
-// The largest miss is the one that is reported.
-void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) {
-  result.reached = false;
-  if (!result.reason.empty() && error.norm() <= result.error.norm()) return;
-  result.error = error;
-  result.reason = miss_text(chain.name(), error);
-}
-
 PostureResult posture_of_chains(const Manipulator& manipulator, const Pose& target,
                                 const std::vector<HeldCoordinates>& held,
                                 const PostureOptions& options) {
@@ -492,6 +469,29 @@ PostureResult posture_of_chains(const Manipulator& manipulator, const Pose& targ
 }
 
 }  // namespace
+
+double search_length(const Chain& chain, const VectorXd& x, ChainKinematics& kinematics) {
+  evaluate(chain, x, kinematics);
+  return kinematics.reach > 0 ? kinematics.reach : 1.0;
+}
+
+VectorXd starting_point(const Chain& chain, int start, double length) {
+  VectorXd x = chain.home();
+  if (start == 0) return x;
+  int dimension = 0;
+  for (const Index k : chain.posture_coordinates()) {
+    const bool turns = is_rotation(chain.coordinates()[static_cast<std::size_t>(k)].motion);
+    x[k] += (turns ? 3.0 : length) * scatter(start, dimension++);
+  }
+  return x;
+}
+
+void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) {
+  result.reached = false;
+  if (!result.reason.empty() && error.norm() <= result.error.norm()) return;
+  result.error = error;
+  result.reason = miss_text(chain.name(), error);
+}
 
 PostureAccuracy posture_accuracy(double length, const Pose& target, const PostureOptions& options) {
   const double sought = std::max(options.tolerance, 1e-13 * (length + target.position().norm()));

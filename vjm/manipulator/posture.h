@@ -33,15 +33,6 @@ struct PostureResult {
 PostureResult posture_at(const Manipulator& manipulator, const spatial::Pose& target,
                          const PostureOptions& options = {});
 
-/// Errors [m] of a chain of this length [m] that a search for a pose stops at, and that count as
-/// reached: rounding of the pose itself bounds the first, and what closed loops have led to, which
-/// is over-constrained, comes no nearer than the second.
-struct PostureAccuracy {
-  double sought, accepted;
-};
-PostureAccuracy posture_accuracy(double length, const spatial::Pose& target,
-                                 const PostureOptions& options);
-
 /// The same with joints that keep values [m or rad], named as below: the others alone lead to
 /// `target`. Starts with the posture of posture_at(), from which the joints go to their values in
 /// steps that the others follow, so that neighbouring values have neighbouring postures as far as
