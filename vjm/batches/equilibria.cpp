@@ -93,7 +93,7 @@ class Group {
 
   void start(const std::vector<Posture>& postures, const std::vector<Load>& loads,
              std::size_t first) {
-    for (OfChain& chain : chains_) chain.lanes.clear_loads();
+    for (OfChain& chain : chains_) chain.lanes.reset();
     good_ = LaneMask::all();
     for (int lane = 0; lane < lane_count; ++lane) {
       const std::size_t i = piece_of(first, lane, postures.size());

@@ -39,23 +39,22 @@ class LoadedChain {
     springs_ = std::stable_partition(order_.begin(), order_.end(), has_spring) - order_.begin();
     row_.assign(chain.coordinates().size(), -1);
     for (std::size_t k = 0; k < order_.size(); ++k)
-      row_[static_cast<std::size_t>(order_[k])] = row_at(k);
+      row_[static_cast<std::size_t>(order_[k])] = index(row_at(k));
     x.resize(row_.size());
     rest.resize(row_.size());
     applied.resize(row_.size());
-    node_forces.resize(chain.nodes().size());
+    node_forces_.resize(chain.nodes().size());
     twists_.resize(chain.joints().size());
     jacobian_.resize(row_.size());
     points_.resize(chain.nodes().size());
     diagonal_.resize(size());
     matrix_.resize(size() * size());
-    clear_loads();
+    reset();
   }
 
-  // What is given: coordinates, their rest values, forces in joints and at nodes, base axes.
+  /// Of all coordinates of the chain: values, rest values, and forces in joints beside the springs.
   std::vector<Lanes> x, rest, applied;
-  std::vector<Vector3Lanes> node_forces;
-  Vector6Lanes wrench;  // at the end
+  Vector6Lanes wrench;  // at the end, base axes
 
   const Chain& chain() const { return *chain_; }
   /// Coordinates that move, in the order of solutions.
@@ -63,16 +62,18 @@ class LoadedChain {
   /// With fewer springs than a wrench has components the chain is rigid against some.
   bool may_be_factorised() const { return springs_ >= 6; }
 
-  void clear_loads() {
+  /// Takes all loads and the wrench away.
+  void reset() {
     for (Lanes& force : applied) force = 0.0;
-    for (Vector3Lanes& force : node_forces)
+    for (Vector3Lanes& force : node_forces_)
       for (int i = 0; i < 3; ++i) force[i] = 0.0;
     for (int i = 0; i < 6; ++i) wrench[i] = 0.0;
     loaded_.clear();
   }
+  /// Adds a force in base axes.
   void load_node(std::size_t node, int lane, const spatial::Vector3& force) {
     for (int i = 0; i < 3; ++i)
-      node_forces[node][i].set(lane, node_forces[node][i][lane] + force[i]);
+      node_forces_[node][i].set(lane, node_forces_[node][i][lane] + force[i]);
     if (std::find(loaded_.begin(), loaded_.end(), node) == loaded_.end()) loaded_.push_back(node);
   }
 
@@ -278,7 +279,8 @@ class LoadedChain {
         const auto joint = static_cast<std::size_t>(j);
         const Vector3Lanes turned = cross(twists_[joint].w, from_end);
         Lanes& sum = force[static_cast<std::size_t>(chain_->joints()[joint].coordinate)];
-        for (int i = 0; i < 3; ++i) sum += node_forces[node][i] * (twists_[joint].v[i] + turned[i]);
+        for (int i = 0; i < 3; ++i)
+          sum += node_forces_[node][i] * (twists_[joint].v[i] + turned[i]);
       }
     }
     unbalanced_.resize(order_.size());
@@ -328,11 +330,11 @@ class LoadedChain {
       for (const std::size_t node : loaded_) {
         if (chain_->nodes()[node].joints != index(j) + 1) continue;
         const Vector3Lanes r = from_end_to(node);
-        const Lanes work = dot(r, node_forces[node]);
+        const Lanes work = dot(r, node_forces_[node]);
         for (int i = 0; i < 3; ++i) {
-          force[i] += node_forces[node][i];
+          force[i] += node_forces_[node][i];
           turning(i, i) -= work;
-          for (int k = 0; k < 3; ++k) turning(i, k) += r[i] * node_forces[node][k];
+          for (int k = 0; k < 3; ++k) turning(i, k) += r[i] * node_forces_[node][k];
         }
       }
       const Eigen::Index row = row_[coordinate_of(j)];
@@ -373,6 +375,7 @@ class LoadedChain {
   Vector3Lanes position_;
   Lanes reach_;
   std::vector<Twist> twists_, jacobian_;
+  std::vector<Vector3Lanes> node_forces_;
   std::vector<Vector3Lanes> points_;      // of the loaded nodes
   std::vector<Lanes> unbalanced_;         // in the order of solutions
   std::vector<Lanes> diagonal_, matrix_;  // by columns, below the diagonal L, on it 1 / D

@@ -5,8 +5,6 @@
 #include <numbers>
 #include <optional>
 
-#include <fmt/format.h>
-
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/manipulator/joint_place.h"
@@ -20,9 +18,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using spatial::Pose;
 using spatial::Vector6;
-
-// Error of closed loops that counts as none, over the reach.
-constexpr double closed = 1e-11;
 
 // A system of equations error(z) = 0 with its Jacobian, z in comparable units.
 struct Residual {
@@ -62,15 +57,6 @@ Vector6 scaled_difference(const Pose& from, const Pose& to, double length) {
   Vector6 e = spatial::pose_difference(from, to);
   e.tail<3>() *= length;
   return e;
-}
-
-// A point of the van der Corput sequence: a deterministic scatter over (-1, 1).
-double scatter(int index, int dimension) {
-  static constexpr int primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
-  const int base = primes[dimension % 12];
-  double value = 0, digit = 1.0 / base;
-  for (int i = index + dimension / 12; i > 0; i /= base, digit /= base) value += digit * (i % base);
-  return 2 * value - 1;
 }
 
 // A coordinate that keeps its value.
@@ -218,12 +204,6 @@ class ChainPostureSolver {
   double length_ = 1;
 };
 
-std::string miss_text(const std::string& chain, const Vector6& error) {
-  return fmt::format(
-      "chain '{}' cannot reach the pose: the nearest it comes is {:.4g} mm and {:.4g} deg away",
-      chain, 1e3 * error.head<3>().norm(), error.tail<3>().norm() * 180 / M_PI);
-}
-
 // Closes all loops at once: unknown are the poses of the bodies (the platform's too, unless it is
 // given) and the joints that are free to choose: not those held, of each chain.
 class LoopCloser {
@@ -247,7 +227,7 @@ class LoopCloser {
     VectorXd z = VectorXd::Zero(6 * moving_bodies() + n);
     for (Index k = 0; k < n; ++k) z[6 * moving_bodies() + k] = value(k);
     // In a singular posture the last digits come slowly.
-    const double accepted = std::max(options_.tolerance, closed * length_);
+    const double accepted = std::max(options_.tolerance, closed_loop_error * length_);
     const auto evaluate_loops = [&](const VectorXd& values, Residual& residual) {
       set(values, origin);
       fill(residual);
@@ -469,34 +449,6 @@ PostureResult posture_of_chains(const Manipulator& manipulator, const Pose& targ
 }
 
 }  // namespace
-
-double search_length(const Chain& chain, const VectorXd& x, ChainKinematics& kinematics) {
-  evaluate(chain, x, kinematics);
-  return kinematics.reach > 0 ? kinematics.reach : 1.0;
-}
-
-VectorXd starting_point(const Chain& chain, int start, double length) {
-  VectorXd x = chain.home();
-  if (start == 0) return x;
-  int dimension = 0;
-  for (const Index k : chain.posture_coordinates()) {
-    const bool turns = is_rotation(chain.coordinates()[static_cast<std::size_t>(k)].motion);
-    x[k] += (turns ? 3.0 : length) * scatter(start, dimension++);
-  }
-  return x;
-}
-
-void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) {
-  result.reached = false;
-  if (!result.reason.empty() && error.norm() <= result.error.norm()) return;
-  result.error = error;
-  result.reason = miss_text(chain.name(), error);
-}
-
-PostureAccuracy posture_accuracy(double length, const Pose& target, const PostureOptions& options) {
-  const double sought = std::max(options.tolerance, 1e-13 * (length + target.position().norm()));
-  return {sought, std::max(sought, closed * length)};
-}
 
 PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
                          const PostureOptions& options) {

@@ -3,27 +3,10 @@
 
 #include <map>
 #include <string>
-#include <vector>
 
-#include "kinetostat/vjm/manipulator/manipulator.h"
+#include "kinetostat/vjm/manipulator/posture_result.h"
 
 namespace kinetostat::vjm {
-
-struct PostureOptions {
-  /// Largest position error that counts as reached [m]; the rotation error is this over the reach.
-  double tolerance = 1e-12;
-  int max_iterations = 200;
-  /// Further starting points tried when the home values do not lead there; deterministic.
-  int restarts = 20;
-};
-
-struct PostureResult {
-  bool reached = false;
-  Posture posture;  // the nearest found when not reached
-  /// [translation m; rotation rad] still missing, worst chain.
-  spatial::Vector6 error = spatial::Vector6::Zero();
-  std::string reason;  // empty when reached; otherwise a sentence with chain and distances
-};
 
 /// Both work on the nominal manipulator, without geometric errors.
 ///
