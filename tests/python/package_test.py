@@ -145,6 +145,30 @@ class Robots(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "no index"):
             ks.map_poses(robot, grid, ["wekest"])
 
+    def test_many_matrices_are_those_of_each_pose(self):
+        robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
+        poses = np.array([[x, y, 0.01] for x in np.linspace(-0.05, 0.05, 9) for y in (-0.04, 0, 0.03)] + [[9, 9, 9]])
+        relaxed = ks.stiffness_matrices(robot, poses)
+        wrenches = np.outer(np.linspace(0, 200, len(poses)), [1, -0.5, 0.3, 0.01, 0, 0.02])
+        loaded = ks.stiffness_matrices(robot, poses, wrenches, threads=2)
+        self.assertEqual((relaxed.shape, loaded.shape), ((28, 6, 6), (28, 6, 6)))
+        self.assertTrue(np.isnan(relaxed[-1]).all() and np.isnan(loaded[-1]).all())
+        for i, pose in enumerate(poses[:-1]):
+            posture = robot.posture(at=pose)
+            np.testing.assert_allclose(relaxed[i], robot.stiffness(posture).array, rtol=1e-9, atol=1e-3)
+            found = robot.deflect(wrenches[i], posture)
+            if not np.isnan(loaded[i]).all():
+                np.testing.assert_allclose(loaded[i], found.stiffness.array, rtol=1e-8, atol=1e-2)
+            self.assertEqual(np.isnan(loaded[i]).all(), not found.stable)
+        np.testing.assert_array_equal(ks.stiffness_matrices(robot, [0.01, 0.02, 0.0]), ks.stiffness_matrices(robot, [[0.01, 0.02, 0, 0, 0, 0]]))
+        same = ks.stiffness_matrices(robot, poses[:3], [10, 20, 30])
+        np.testing.assert_array_equal(same[2], ks.stiffness_matrices(robot, poses[2:3], [[10, 20, 30, 0, 0, 0]])[0])
+        self.assertEqual(ks.stiffness_matrices(robot, np.empty((0, 3))).shape, (0, 6, 6))
+        with self.assertRaisesRegex(ValueError, "rows x, y, z"):
+            ks.stiffness_matrices(robot, [[1, 2]])
+        with self.assertRaisesRegex(ValueError, "a row for each"):
+            ks.stiffness_matrices(robot, poses, wrenches[:5])
+
     def test_a_mistake_has_its_place_and_cure(self):
         path = self.path("wrong.yaml", ARM.replace("stiffness: 1.0e5", "stiffness: -1"))
         with self.assertRaises(ks.InputError) as caught:
