@@ -52,9 +52,9 @@ class LoadedChain {
     reset();
   }
 
+  Vector6Lanes wrench;  // at the end, base axes
   /// Of all coordinates of the chain: values, rest values, and forces in joints beside the springs.
   std::vector<Lanes> x, rest, applied;
-  Vector6Lanes wrench;  // at the end, base axes
 
   const Chain& chain() const { return *chain_; }
   /// Coordinates that move, in the order of solutions.
@@ -374,12 +374,12 @@ class LoadedChain {
   Matrix3Lanes rotation_;            // of the end
   Vector3Lanes position_;
   Lanes reach_;
+  Vector3Lanes moment_;  // at the end, of the state that was factorised
   std::vector<Twist> twists_, jacobian_;
   std::vector<Vector3Lanes> node_forces_;
   std::vector<Vector3Lanes> points_;      // of the loaded nodes
   std::vector<Lanes> unbalanced_;         // in the order of solutions
   std::vector<Lanes> diagonal_, matrix_;  // by columns, below the diagonal L, on it 1 / D
-  Vector3Lanes moment_;
 };
 
 }  // namespace kinetostat::vjm
