@@ -187,15 +187,36 @@ std::string name_of(const AdoptedParameter& p) {
                           : fmt::format("{} of {} at {}", p.parameter, p.effect, p.at);
 }
 
+// Of an effect that is not of the robot: what becomes of it in a robot file.
+std::string reservation_of_measuring(const vjm::EffectKind& kind, const std::string& name) {
+  using vjm::NamesReadings;
+  const bool is_of_moments = std::any_of(
+      kind.parameters.begin(), kind.parameters.end(), [](const vjm::EffectParameter& p) {
+        return p.names_readings != NamesReadings::no && p.names_readings != NamesReadings::axes;
+      });
+  return name +
+         (is_of_moments
+              ? " is of the session that it names: compare other readings with a file without it"
+              : " is of how it was measured, not of the robot: 'compare' and 'diagnose' count with "
+                "it, and no stiffness changes");
+}
+
 // What a reader of the new robot file should know, in sentences.
 std::vector<std::string> reservations(const DiagnosisRecord& diagnosis,
                                       const std::vector<RecordedFinding>& chosen,
-                                      const Adoption& adoption) {
+                                      const Adoption& adoption, const vjm::Robot& robot) {
   std::vector<std::string> said;
   for (const RecordedFinding& one : chosen)
     if (!one.instead.empty())
       said.push_back(fmt::format("{} may be something else: {}", one.effect.name(),
                                  fmt::join(one.instead, "; ")));
+  for (const RecordedFinding& one : chosen) {
+    const auto kind = vjm::effect_kind(one.effect.effect, robot.kinds());
+    if (kind->place == vjm::EffectPlace::sensor || kind->place == vjm::EffectPlace::load)
+      said.push_back(reservation_of_measuring(
+          *kind,
+          report::effect_in_words(robot.without_effects(), one.effect.effect, one.effect.at)));
+  }
   if (!chosen.empty() && diagnosis.or_something_else)
     said.push_back("it may be an effect outside the catalogue");
   std::vector<RecordedFinding> left_out;
@@ -329,7 +350,8 @@ Adopted adopt(const DiagnosisRecord& diagnosis, const AdoptRequest& request,
     throw common::InputError({.file = request.robot, .what = error.what()});
   }
   const double as_written = error_as_written(diagnosis, request, chosen.adoption);
-  const std::vector<std::string> said = reservations(diagnosis, chosen.found, chosen.adoption);
+  const std::vector<std::string> said =
+      reservations(diagnosis, chosen.found, chosen.adoption, robot);
   adopted.summary = summary_of(diagnosis, chosen, robot, as_written, said);
   adopted.summary.file = out;
   adopted.result = {{"headline", report::headline(robot, adopted.summary)}};

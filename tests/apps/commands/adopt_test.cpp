@@ -102,5 +102,38 @@ TEST(Adopt, WritesTheCalibratedModelWithoutAnEffect) {
               5e-4 * fitted);
 }
 
+// What is not of the robot says so when it is written into a robot file.
+TEST(Adopt, SaysWhatIsOfTheMeasurementOnly) {
+  const std::string folder = "data/measurements/arm_nothing_hidden/";
+  std::string plan = "session,cycle,time,q1,q2,q3,q4,q5,q6,fx,fy,fz\n";
+  for (int i = 0; i < 48; ++i) {
+    const auto wave = [i](double k) { return std::sin(k * (i / 4 + 1)); };
+    const double share = i % 4 / 3.0;
+    plan +=
+        fmt::format("monday,{},{},{},{},{},{},{},{},{},{},{}\n", i / 4 + 1, 60 * i, 60 * wave(1.1),
+                    40 * wave(1.7), 40 * wave(2.3), 90 * wave(0.9), 60 * wave(1.3), 90 * wave(2.9),
+                    400 * share * wave(0.7), 400 * share * wave(1.9), 400 * share * wave(2.6));
+  }
+  io::write_atomically(working_folder() / "measured_plan.csv", plan);
+  const auto adopted = [&](const std::string& effect) {
+    EXPECT_EQ(kinetostat("simulate " + folder +
+                         "robot.yaml --plan measured_plan.csv "
+                         "--noise-translation '5 um' -o measured --quiet " +
+                         effect)
+                  .code,
+              0);
+    EXPECT_EQ(kinetostat("diagnose measured/campaign.yaml -q -o measured.json "
+                         "--effects application_point,target_slip,friction")
+                  .code,
+              0);
+    return kinetostat("adopt " + folder + "robot.yaml measured.json -o measured.yaml").out;
+  };
+  EXPECT_THAT(adopted("--effect application_point --at load --size 'x=50 mm,y=-80 mm,z=30 mm'"),
+              HasSubstr("not of the robot"));
+  EXPECT_THAT(adopted("--effect target_slip --at sensor "
+                      "--size 'x=0.3 mm,y=0.2 mm,session=1,time=1500 s'"),
+              HasSubstr("compare other readings"));
+}
+
 }  // namespace
 }  // namespace kinetostat::apps::adopt_test
