@@ -148,11 +148,17 @@ FoundState follow_through_gaps(const EquilibriumSystem& exact, const Task& task,
   return found;
 }
 
-bool fits(const SystemState& state, const Manipulator& manipulator) {
-  if (state.coordinates.size() != manipulator.size()) return false;
-  for (std::size_t c = 0; c < manipulator.size(); ++c)
-    if (state.coordinates[c].size() != manipulator.chains()[c].size()) return false;
-  return true;
+// A state of a similar manipulator as one of this: springs that effects have appended to a chain
+// stand at 0. nullopt: they are not that similar.
+std::optional<SystemState> taken_over(const SystemState* near, const Manipulator& manipulator) {
+  if (near == nullptr || near->coordinates.size() != manipulator.size()) return std::nullopt;
+  SystemState state = *near;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const Eigen::Index size = manipulator.chains()[c].size();
+    if (state.coordinates[c].size() > size) return std::nullopt;
+    state.coordinates[c].conservativeResizeLike(Eigen::VectorXd::Zero(size));
+  }
+  return state;
 }
 
 Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& posture, const Task& task,
@@ -173,9 +179,9 @@ Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& postur
 FoundState state_under_load(const EquilibriumSystem& system, const Load& load,
                             const EquilibriumOptions& options, const SystemState* near,
                             NewtonEquations* left) {
-  if (near != nullptr && fits(*near, system.manipulator())) {
+  if (const auto start = taken_over(near, system.manipulator())) {
     NewtonResult result = newton(
-        system, *near, load,
+        system, *start, load,
         {.options = options, .platform_held = false, .matrix = NewtonTask::Matrix::kept_when_close},
         left);
     if (result.converged)

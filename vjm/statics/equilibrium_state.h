@@ -19,7 +19,8 @@ struct FoundState {
 };
 
 /// The state of equilibrium_under_load() without its description. `near` (or nullptr) is a state of
-/// the same chains from which Newton's method is tried first; then it leaves its equations.
+/// the same chains, or of these without springs that effects have appended, from which Newton's
+/// method is tried first; then it leaves its equations.
 FoundState state_under_load(const EquilibriumSystem& system, const Load& load,
                             const EquilibriumOptions& options, const SystemState* near = nullptr,
                             NewtonEquations* left = nullptr);
