@@ -70,10 +70,13 @@ void whiten_singly(const Noise& noise, const std::vector<Value>& values,
 }
 
 SharedNoise::SharedNoise(const Noise& noise, const std::vector<Value>& values) {
+  const auto is_exact = [](const Datum& datum) { return datum.sigma.isZero(0); };
+  if (std::all_of(noise.datums.begin(), noise.datums.end(), is_exact)) return;
   std::map<std::size_t, std::vector<Index>> rows_of;
-  for (std::size_t v = 0; v < values.size() && !noise.datums.empty(); ++v)
+  for (std::size_t v = 0; v < values.size(); ++v)
     rows_of[values[v].reading].push_back(static_cast<Index>(v));
   for (const Datum& datum : noise.datums) {
+    if (is_exact(datum)) continue;
     std::vector<Index> rows;
     for (const std::size_t reading : datum.readings)
       if (const auto found = rows_of.find(reading); found != rows_of.end())
