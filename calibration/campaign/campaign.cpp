@@ -84,14 +84,16 @@ std::vector<std::vector<Eigen::Index>> component_kinds(const Campaign& campaign)
 }
 
 std::vector<Value> values_in_use(const Campaign& campaign) {
-  const auto values_of = [](std::size_t sum, const Reading& r) {
-    return sum + components_in_use(r).size();
+  const auto count = [&](std::size_t sum, const Reading& r) {
+    for (Eigen::Index k = 0; k < r.displacement.size(); ++k) sum += r.uses(k) ? 1 : 0;
+    return sum;
   };
   std::vector<Value> values;
-  values.reserve(std::accumulate(campaign.readings.begin(), campaign.readings.end(), std::size_t{0},
-                                 values_of));
+  values.reserve(
+      std::accumulate(campaign.readings.begin(), campaign.readings.end(), std::size_t{0}, count));
   for (std::size_t i = 0; i < campaign.readings.size(); ++i)
-    for (const Eigen::Index k : components_in_use(campaign.readings[i])) values.push_back({i, k});
+    for (Eigen::Index k = 0; k < campaign.readings[i].displacement.size(); ++k)
+      if (campaign.readings[i].uses(k)) values.push_back({i, k});
   return values;
 }
 

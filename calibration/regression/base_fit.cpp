@@ -458,8 +458,11 @@ class Problem {
     const auto count = static_cast<Index>(used.size());
     if (count == 0) return;
     block.resize(count, unknowns_.size() + 1);
-    block.rightCols(unknowns_.size()) = all(used, Eigen::all);
-    block.col(0) = (predicted - reading.displacement)(used);
+    for (Index k = 0; k < count; ++k) {  // indices in Eigen's brackets would be copied
+      const Index from = used[static_cast<std::size_t>(k)];
+      block(k, 0) = predicted[from] - reading.displacement[from];
+      block.row(k).tail(unknowns_.size()) = all.row(from);
+    }
     noise_.whiten(i, used, block);
     const auto row = static_cast<Index>(first_row_[i]);
     result.residual.segment(row, count) = block.col(0);

@@ -483,18 +483,19 @@ std::vector<Predictor::State> Predictor::references(const Run& run,
 void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
                        const std::vector<State>& unloaded, Predictions& predictions,
                        Failures& failures) const {
-  State before = unloaded[cases_[sequence.front()].reference];
+  const State* before = &unloaded[cases_[sequence.front()].reference];
+  State last;
   for (const std::size_t c : sequence) {
     const LoadCase& at = cases_[c];
-    State loaded = before.response.failure.empty()
-                       ? under_load(run, at, unloaded[at.reference], before.response)
-                       : before;
+    State loaded = before->response.failure.empty()
+                       ? under_load(run, at, unloaded[at.reference], before->response)
+                       : *before;
     CaseResult result = displacements_of(unloaded[at.reference], loaded);
     if (!result.failure.empty()) {
       failures.add(c, result.failure);
     } else {
       result.work = work_of(run, campaign_.readings[at.reading], loaded);
-      if (campaign_.control) hold_displacement(run, at, before.response, loaded, result);
+      if (campaign_.control) hold_displacement(run, at, before->response, loaded, result);
     }
     for (const std::size_t r : readings_of(c)) {
       enter(run, result, r, predictions);
@@ -502,7 +503,9 @@ void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
         predictions.loaded[*place] = loaded.response.state;
     }
     // A masked reading without an equilibrium leaves the history as it was.
-    if (loaded.response.failure.empty() || !at.may_fail) before = std::move(loaded);
+    if (!loaded.response.failure.empty() && at.may_fail) continue;
+    last = std::move(loaded);
+    before = &last;
   }
 }
 
