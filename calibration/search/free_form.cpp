@@ -148,20 +148,29 @@ MatrixXd memory(const std::vector<Track>& tracks, DisplacementKind displacement,
   return result;
 }
 
-// Of one process with the covariance root root', averaged over its amplitude: from a signature of
-// about three standard deviations in all the readings to one of two hundred.
-double log_evidence(const MatrixXd& root, const ResidualSpace& space, double exponent) {
-  if (root.cols() == 0) return 0;  // a memory that has faded before the next reading
+}  // namespace
+
+// Of the covariance root root'.
+FreeForm::Spectrum FreeForm::spectrum(const MatrixXd& root, const ResidualSpace& space) {
+  if (root.cols() == 0) return {};
   const MatrixXd left = space.left_of(root);
-  const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(left.transpose() * left);
-  const VectorXd seen = eigen.vectors.transpose() * (left.transpose() * space.residual());
-  const double largest = eigen.values.maxCoeff(), trace = eigen.values.sum();
+  spatial::SymmetricEigen eigen = spatial::symmetric_eigen(left.transpose() * left);
+  return {std::move(eigen.values),
+          eigen.vectors.transpose() * (left.transpose() * space.residual())};
+}
+
+// Of one process, averaged over its amplitude: from a signature of about three standard deviations
+// in all the readings to one of two hundred.
+double FreeForm::log_evidence(const Spectrum& spectrum, double exponent) {
+  const auto& [values, seen] = spectrum;
+  if (values.size() == 0) return 0;  // a memory that has faded before the next reading
+  const double largest = values.maxCoeff(), trace = values.sum();
   if (!(largest > 0)) return 0;
   std::vector<double> logs;
   for (int half_powers = 2; half_powers <= 9; ++half_powers) {
     double log = 0;
     for (Index i = 0; i < seen.size(); ++i) {
-      const double value = eigen.values[i];
+      const double value = values[i];
       if (value < 1e-9 * largest) continue;
       const double signal = std::pow(10, 0.5 * half_powers) * value / trace;
       log +=
@@ -171,8 +180,6 @@ double log_evidence(const MatrixXd& root, const ResidualSpace& space, double exp
   }
   return log_mean_exp(logs);
 }
-
-}  // namespace
 
 double FreeFormEvidence::p_value() const { return std::min(1.0, std::exp(-log)); }
 
@@ -275,12 +282,28 @@ MatrixXd FreeForm::root_of_kernel(const Process& process) const {
   return root.leftCols(rank);
 }
 
+const std::vector<FreeForm::Spectrum>& FreeForm::spectra_in(const ResidualSpace& space) const {
+  constexpr std::size_t most_known = 4;
+  for (const Known& known : known_)
+    if (known.space.dimension() == space.dimension() &&
+        known.space.residual() == space.residual() && known.space.basis() == space.basis())
+      return known.spectra;
+  if (known_.size() == most_known) known_.pop_front();
+  Known& known = known_.emplace_back(space, std::vector<Spectrum>());
+  for (const Process& process : processes_)
+    known.spectra.push_back(spectrum(root_of_kernel(process), space));
+  return known.spectra;
+}
+
 FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double exponent) const {
+  const std::lock_guard lock(known_in_use_);
+  const std::vector<Spectrum>& spectra = spectra_in(space);
   FreeFormEvidence result;
   std::vector<double> logs;
   double most = 0;
-  for (const Process& process : processes_) {
-    logs.push_back(log_evidence(root_of_kernel(process), space, exponent));
+  for (std::size_t p = 0; p < processes_.size(); ++p) {
+    const Process& process = processes_[p];
+    logs.push_back(log_evidence(spectra[p], exponent));
     if (result.depends_on.empty() || logs.back() > most) {
       most = logs.back();
       result.depends_on = process.depends_on;

@@ -3,7 +3,9 @@
 // it is.
 #pragma once
 
+#include <deque>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -61,7 +63,8 @@ class FreeForm {
   FreeForm(const Campaign& campaign, const std::vector<Value>& values, const FreeFormWays& ways);
 
   /// Evidence in a residual beside everything that the space's fit can produce, with flat priors
-  /// for that (restricted likelihood). `exponent`: as in evidence().
+  /// for that (restricted likelihood). `exponent`: as in evidence(). Of the spaces that were asked
+  /// for last it remembers all but the exponent.
   FreeFormEvidence evidence(const ResidualSpace& space, double exponent) const;
 
  private:
@@ -81,9 +84,22 @@ class FreeForm {
                   const Eigen::MatrixXd& uncertain);
   void add_law(const FreeFormWays::Drive& drive);
   Eigen::MatrixXd root_of_kernel(const Process& process) const;
+  // A process beside a fit: the eigenvalues of its kernel, and the residual along its vectors.
+  struct Spectrum {
+    Eigen::VectorXd values, seen;
+  };
+  struct Known {
+    ResidualSpace space;
+    std::vector<Spectrum> spectra;  // of the processes
+  };
+  static Spectrum spectrum(const Eigen::MatrixXd& root, const ResidualSpace& space);
+  static double log_evidence(const Spectrum& spectrum, double exponent);
+  const std::vector<Spectrum>& spectra_in(const ResidualSpace& space) const;
 
   std::vector<Process> processes_;
   std::vector<Eigen::Index> reading_;  // of each value
+  mutable std::mutex known_in_use_;
+  mutable std::deque<Known> known_;
 };
 
 }  // namespace kinetostat::calibration

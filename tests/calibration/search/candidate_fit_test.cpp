@@ -292,6 +292,19 @@ TEST(FreeForm, WhatTheFitCanProduceIsNoEvidence) {
   EXPECT_LT(free_form.evidence({0 * y, fitted}, 1).log, 0);  // Occam's razor
 }
 
+TEST(FreeForm, WhatItRemembersIsWhatItWouldFind) {
+  const Campaign campaign = along_loads(12);
+  const MatrixXd fitted = random_matrix(12, 2, 8);
+  const FreeFormWays ways{.force = random_matrix(12, 3, 7), .uncertain = fitted, .drives = {}};
+  const FreeForm free_form(campaign, values_in_use(campaign), ways);
+  for (const double exponent : {1.0, 0.5})
+    for (std::uint64_t residual = 0; residual < 6; ++residual) {
+      const ResidualSpace space(random_matrix(12, 1, residual), fitted);
+      EXPECT_EQ(free_form.evidence(space, exponent).log,
+                FreeForm(campaign, values_in_use(campaign), ways).evidence(space, exponent).log);
+    }
+}
+
 // Which channel it goes through shows where the channels differ.
 TEST(FreeForm, SaysWhatTheErrorActsLike) {
   Campaign campaign = along_loads(60);
