@@ -21,9 +21,9 @@ using spatial::Vector6;
 namespace {
 
 // How far a joint is moved to know the rest of the manipulator: an angle [rad], or that times the
-// manipulator's length. Less where the rest resists, which a closed loop does, and where laws stand
-// in other joints, whose corners may be narrow.
-constexpr double usual_range = 3e-3, short_range = 2e-4;
+// manipulator's length. As far as the rest is smooth: laws in other joints may have narrow corners,
+// and a rest that resists, as a closed loop does, is not asked for the farthest.
+constexpr std::array ranges = {1e-2, 1e-3, 2e-4};
 constexpr double resisting = 0.1;  // share of the stiffness of a joint that is not its own
 
 class PushLaw : public CoordinateLaw {
@@ -53,13 +53,6 @@ struct OwnForce {
     }
   }
 };
-
-bool has_laws_elsewhere(const Manipulator& manipulator, const JointPlace& place) {
-  for (std::size_t c = 0; c < manipulator.size(); ++c)
-    for (const auto& [coordinate, law] : manipulator.chains()[c].laws())
-      if (JointPlace{c, coordinate} != place) return true;
-  return false;
-}
 
 // Whether a law elsewhere bends between two states.
 bool bends_elsewhere(const EquilibriumSystem& system, const JointPlace& place,
@@ -134,24 +127,30 @@ class EffectModel::Condenser {
   std::optional<CondensedState::Joint> joint(const JointPlace& place) const {
     const Pushed here(at_, equations_, errors_, place, 0);
     if (!(here.x_by_force > 0) || !std::isfinite(here.x_by_force)) return std::nullopt;
-    const Chain& chain = manipulator_.chains()[place.chain];
-    const bool turns =
-        is_rotation(chain.coordinates()[static_cast<std::size_t>(place.coordinate)].motion);
     const double stiffness = 1 / here.x_by_force;
-    const bool is_free = stiffness - here.own_tangent < resisting * stiffness &&
-                         !has_laws_elsewhere(manipulator_, place);
-    const double range =
-        (is_free ? usual_range : short_range) * (turns ? 1 : system_.scale().length);
-    const auto below = pushed(place, -range * stiffness);
-    const auto above = pushed(place, range * stiffness);
-    if (!below || !above) return std::nullopt;
-    const auto rest =
-        CondensedJoint::through(here.from(here), below->from(here), above->from(here), stiffness);
-    if (!rest) return std::nullopt;
-    return CondensedState::Joint{place, stiffness, *rest};
+    const bool resists = stiffness - here.own_tangent >= resisting * stiffness;
+    const double unit = turns(place) ? 1 : system_.scale().length;
+    for (std::size_t i = resists ? 1 : 0; i < ranges.size(); ++i)
+      if (const auto rest = rest_within(ranges[i] * unit, here, stiffness, place))
+        return CondensedState::Joint{place, stiffness, *rest};
+    return std::nullopt;
   }
 
  private:
+  bool turns(const JointPlace& place) const {
+    return is_rotation(coordinate_at(manipulator_, place).motion);
+  }
+
+  std::optional<CondensedJoint> rest_within(double range, const Pushed& here, double stiffness,
+                                            const JointPlace& place) const {
+    const auto below = pushed(place, -range * stiffness);
+    if (!below) return std::nullopt;
+    const auto above = pushed(place, range * stiffness);
+    if (!above) return std::nullopt;
+    return CondensedJoint::through(here.from(here), below->from(here), above->from(here),
+                                   stiffness);
+  }
+
   // Where there is such an equilibrium, and no law bends on the way.
   std::optional<Pushed> pushed(const JointPlace& place, double force) const {
     ChainModifier modifier(manipulator_.chains()[place.chain]);

@@ -20,16 +20,22 @@ struct Differences {
   }
 };
 
-// Whether the curve of third degree through the outer samples leads through the middle.
+// Whether the curve of third degree through the outer samples leads through the middle, as it goes
+// on there.
 bool is_smooth(const Sample& here, const Sample& below, const Sample& above, double stiffness) {
   constexpr double alike = 1e-7;
   const Differences d(below, above);
   const double width = above.x - below.x, a = here.x - below.x, b = here.x - above.x;
-  const Values bend = d.at_first + b * (d.at_last - d.at_first) / width;
+  const Values third = (d.at_last - d.at_first) / width;
+  const Values bend = d.at_first + b * third;
   const Values missed = below.values + a * (below.by_x + a * bend) - here.values;
+  const Values turned = below.by_x + a * (2 * bend + a * third) - here.by_x;
   const double motion = (above.values - below.values).tail<6>().norm();
-  return std::abs(missed[0]) <= 0.01 * alike * stiffness * width &&
-         missed.tail<6>().norm() <= alike * motion;
+  const auto is_none = [&](const Values& error) {
+    return std::abs(error[0]) <= 0.01 * alike * stiffness * width &&
+           error.tail<6>().norm() <= alike * motion;
+  };
+  return is_none(missed) && is_none(width * turned);
 }
 
 }  // namespace
