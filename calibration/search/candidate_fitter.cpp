@@ -32,13 +32,15 @@ double growth_to_be_seen(double length) {
 }
 
 // Does the change of the readings grow with the size of the effect, by its derivatives? Then it
-// does the same at every smaller size: laws with corners leave the line behind the first.
+// does the same at every smaller size: laws with corners leave the line behind the first. So does
+// one that does nothing, as a temperature does that no reading states.
 bool grows_with_size(const vjm::Effect& effect, const VectorXd& change, const MatrixXd& by_values) {
+  constexpr double nothing = 1e-4 * least_visible;
   VectorXd along = VectorXd::Zero(change.size());
   for (Index k = 0; k < by_values.cols(); ++k)
     if (const auto i = static_cast<std::size_t>(k); is_size(*effect.kind, i))
       along += (effect.values[k] - effect.kind->parameters[i].none) * by_values.col(k);
-  return (along - change).norm() < 0.02 * change.norm();
+  return (along - change).norm() < std::max(0.02 * change.norm(), nothing);
 }
 
 double usual_interval(const Campaign& campaign) {
