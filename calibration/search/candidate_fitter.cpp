@@ -214,7 +214,7 @@ std::optional<CondensedFit> CandidateFitter::fit_condensed(const std::vector<Can
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   const std::vector<Parameter> unknowns = unknowns_near(effects, added, beside.fit());
   const auto compute = [&]() -> std::optional<CondensedFit> {
-    const CondensedModel& model = *condensed(added.back(), beside, progress);
+    const CondensedModel& model = condensed(beside, progress);
     if (!model.knows(*joint)) return std::nullopt;
     return calibration::fit_condensed(predictor_.with_effects(effects, 1), campaign_, noise_,
                                       unknowns, stiffness_of(*joint), beside.fit(), model,
@@ -403,9 +403,9 @@ std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& p
   for (std::size_t k = 0; k < fit.parameters.size(); ++k)
     values[static_cast<Index>(k)] = fit.parameters[k].value;
   const Index count = candidate.effect.values.size();
-  const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit,
-                                   for_direction ? count : count - 1, progress,
-                                   condensed(candidate, beside, progress));
+  const auto there =
+      linearised_at(predictor, campaign_, noise_, unknowns, values, fit,
+                    for_direction ? count : count - 1, progress, &condensed(beside, progress));
   if (!there) return std::nullopt;
   const auto by_values =
       there->jacobian.middleCols(static_cast<Index>(unknowns.size()) - count, count);
@@ -491,17 +491,15 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
   return signatures;
 }
 
-const CondensedModel* CandidateFitter::condensed(const Candidate& candidate,
-                                                 const FittedModel& beside,
+const CondensedModel& CandidateFitter::condensed(const FittedModel& beside,
                                                  common::Progress& progress) const {
-  if (!candidate.effect.kind->acts_on_joint_alone) return nullptr;
   std::call_once(beside.is_condensed_, [&] {
     const std::vector<vjm::Effect> effects = effects_with(robot_, beside.present());
     beside.condensed_ = predictor_.with_effects(effects).condensed(
         parameters(effects, beside.present()), values_of(beside.fit()), beside.joints_,
         beside.fit().model, progress);
   });
-  return &beside.condensed_;
+  return beside.condensed_;
 }
 
 }  // namespace kinetostat::calibration

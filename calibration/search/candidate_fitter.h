@@ -149,9 +149,7 @@ class CandidateFitter {
   // Of the journal, or nothing; and to it. One thread at a time.
   std::optional<std::string> recorded(const std::string& key) const;
   void keep(const std::string& key, const std::string& record) const;
-  // Of the fitted model, where the candidate is a law in one joint; or nullptr.
-  const CondensedModel* condensed(const Candidate& candidate, const FittedModel& beside,
-                                  common::Progress& progress) const;
+  const CondensedModel& condensed(const FittedModel& beside, common::Progress& progress) const;
   Signatures computed_signatures(const Candidate& candidate, const FittedModel& beside,
                                  common::Progress& progress) const;
   struct Look {

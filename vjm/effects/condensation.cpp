@@ -192,7 +192,8 @@ std::optional<CondensedState> EffectModel::condensed(const Posture& posture, con
   FoundState found =
       state_under_load(EquilibriumSystem(manipulator, posture), load, options_, near);
   if (found.status != EquilibriumStatus::converged) return std::nullopt;
-  CondensedState result{.observed = errors.observed(found.state.bodies[0]),
+  CondensedState result{.platform = found.state.bodies[0],
+                        .observed = errors.observed(found.state.bodies[0]),
                         .coordinates = found.state.coordinates,
                         .commands = {},
                         .joints = {}};
@@ -343,6 +344,8 @@ const Spring* EffectModel::own_spring(const ModelParameter& parameter) const {
 std::optional<Response> EffectModel::respond(const CondensedState& without, const Load& stated,
                                              const Conditions& given, const Response& before,
                                              const std::vector<ModelParameter>& parameters) const {
+  if (leaves_equilibrium(given, parameters))
+    return read_otherwise(without, stated, given, before, parameters);
   if (!is_law_of_joint(parameters)) return std::nullopt;
   const std::size_t e = effects_.size() - 1;
   const Effect& effect = effects_[e];

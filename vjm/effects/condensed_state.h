@@ -49,6 +49,7 @@ struct CondensedState {
     double stiffness = 0;  // against a force on it [N/m or N m/rad]
     CondensedJoint rest;
   };
+  spatial::Pose platform;                    // base axes
   spatial::Pose observed;                    // pose that is read, base axes
   std::vector<Eigen::VectorXd> coordinates;  // all of each chain [m or rad]
   std::vector<Eigen::VectorXd> commands;     // the same where nothing is loaded

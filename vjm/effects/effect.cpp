@@ -373,7 +373,8 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
 }
 
 bool acts_under(const EffectKind& kind, const Conditions& conditions) {
-  return kind.place != EffectPlace::load || !conditions.known_load;
+  if (kind.place == EffectPlace::load && conditions.known_load) return false;
+  return !kind.by_temperature || conditions.temperature;
 }
 
 ReadingErrors reading_errors(const std::vector<Effect>& effects, const Conditions& conditions) {

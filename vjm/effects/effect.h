@@ -237,6 +237,7 @@ class EffectKind {
   std::vector<EffectParameter> parameters;  // the first says how large it is
   bool varies = false;                      // with the conditions of a reading
   Eigen::Index history = 0;                 // numbers that it carries along a cycle, at each place
+  bool by_temperature = false;              // does nothing where a reading states none
   /// Nobody builds it but at a drive that lifts weight, though it may be given elsewhere.
   bool balances_weight = false;
   /// Commands of its joint in which it must be seen: with fewer its law is any change between them.
@@ -278,6 +279,8 @@ class EffectKind {
 
   /// It acts on numbers that are read: equilibria know nothing of it.
   bool acts_on_numbers() const { return lags_behind || offsets_readings; }
+  /// It acts on what is read: equilibria and histories know nothing of it.
+  bool acts_on_readings_alone() const { return place == EffectPlace::sensor; }
   bool acts_on_chains() const { return place != EffectPlace::load && place != EffectPlace::sensor; }
 };
 

@@ -1,5 +1,6 @@
 #include "kinetostat/vjm/effects/effect_model.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <set>
@@ -206,6 +207,36 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
                   : EquilibriumDerivatives(equilibrium);
   if (with_compliance) add_by_wrench(equations, at, response);
   if (differentiates) differentiate(equations, at, before, parameters, response);
+  return response;
+}
+
+// The last effect, whatever its values.
+bool EffectModel::leaves_equilibrium(const Conditions& conditions,
+                                     const std::vector<ModelParameter>& parameters) const {
+  if (effects_.empty() || !watch_.is_empty() || has_history_) return false;
+  const auto last = effects_.size() - 1;
+  const EffectKind& kind = *effects_[last].kind;
+  return (kind.acts_on_readings_alone() || !acts_under(kind, conditions)) &&
+         std::all_of(parameters.begin(), parameters.end(), [&](const ModelParameter& p) {
+           return p.springs.empty() && p.effect == last;
+         });
+}
+
+// Where the last effect has nothing to do with the equilibrium.
+Response EffectModel::read_otherwise(const CondensedState& without, const Load& stated,
+                                     const Conditions& given, const Response& before,
+                                     const std::vector<ModelParameter>& parameters) const {
+  Conditions conditions = given;
+  if (!varying_.empty()) add_load(stated, conditions);
+  const ReadingErrors errors = reading_errors(effects_, conditions);
+  Response response;
+  response.histories = before.histories;
+  response.history_derivatives = before.history_derivatives;
+  response.observed = errors.observed(without.platform);
+  response.derivatives.resize(6, std::ssize(parameters));
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    response.derivatives.col(static_cast<Index>(p)) =
+        errors.observed_derivative(without.platform, tangent_of(parameters[p], conditions));
   return response;
 }
 

@@ -71,9 +71,10 @@ class EffectModel {
                                           const SystemState* near = nullptr) const;
   /// respond() from the same equilibrium of the model without its last effect, in much less time:
   /// equal to 1e-12 of the manipulator's length. Without `state`, which is not found. nullopt
-  /// unless the effect acts on one joint alone (EffectKind::acts_on_joint_alone), which is
-  /// condensed, stays held and where that is known; derivatives are by values of this effect and by
-  /// the stiffness of its joint alone, and no other effect has a history.
+  /// unless the effect acts on what is read alone, not at all, or on one joint alone
+  /// (EffectKind::acts_on_joint_alone), which is condensed, stays held and where that is known;
+  /// derivatives are by values of this effect and by the stiffness of its joint alone, and no other
+  /// effect has a history.
   std::optional<Response> respond(const CondensedState& without, const Load& load,
                                   const Conditions& conditions, const Response& before,
                                   const std::vector<ModelParameter>& parameters) const;
@@ -87,6 +88,11 @@ class EffectModel {
   std::optional<Chain> varied_chain(std::size_t chain, const Load& stated, Conditions& conditions,
                                     const Histories& histories) const;
   Histories of_varying(const Histories& histories) const;
+  bool leaves_equilibrium(const Conditions& conditions,
+                          const std::vector<ModelParameter>& parameters) const;
+  Response read_otherwise(const CondensedState& without, const Load& stated,
+                          const Conditions& given, const Response& before,
+                          const std::vector<ModelParameter>& parameters) const;
   bool is_law_of_joint(const std::vector<ModelParameter>& parameters) const;
   const Spring* own_spring(const ModelParameter& parameter) const;
   void find_change(const Linear& linear, const Case& at, const Response& before,

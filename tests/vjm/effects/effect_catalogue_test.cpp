@@ -369,6 +369,40 @@ TEST(CondensedModel, KnowsLawsInOtherJoints) {
       expect_same_condensed(bench, others, test::effect(m, "hardening", "arm.q4", {1e10}), 20), 50);
 }
 
+// What acts on the readings alone, and what does nothing without a temperature.
+TEST(CondensedModel, KnowsWhatLeavesTheEquilibrium) {
+  const Bench bench = test::arm_bench();
+  const Manipulator& m = bench.manipulator;
+  const std::vector<Effect> others = {
+      test::effect(m, "clearance", "arm.q4", {2e-4}),
+      test::effect(m, "sensor_frame", "sensor", {1e-3, 0, 2e-3, 1e-3, 0, -2e-3})};
+  const EffectModel without(m, others, tight);
+  const Load load{.force = {30, -20, 50}, .moment = {1, 2, 3}};
+  const Conditions conditions{.time = 300};
+  const auto state = without.condensed(bench.posture, load, conditions, {});
+  ASSERT_TRUE(state);
+  for (const Effect& effect :
+       {test::effect(m, "sensor_scale", "sensor", {2e-3}),
+        test::effect(m, "session_drift", "sensor", {3e-8, -2e-8, 1e-8, 4e-8, 2e-8, -1e-8, 0.7}),
+        test::effect(m, "thermal_expansion", "arm.forearm", {1.2e-5, 22, 0})}) {
+    std::vector<Effect> effects = others;
+    effects.push_back(effect);
+    const EffectModel with(m, effects, tight);
+    std::vector<ModelParameter> parameters;
+    for (Eigen::Index v = 0; v < effect.values.size(); ++v)
+      parameters.push_back({{}, effects.size() - 1, v});
+    const Response rest = with.at_rest(parameters.size());
+    const Response full = with.respond(bench.posture, load, conditions, rest, parameters, true);
+    const auto quick = with.respond(*state, load, conditions, rest, parameters);
+    ASSERT_TRUE(quick) << effect.kind->name;
+    EXPECT_LT(spatial::pose_difference(full.observed, quick->observed).norm(), 1e-13);
+    EXPECT_LE((full.derivatives - quick->derivatives).norm(), 1e-12 * full.derivatives.norm());
+    parameters.push_back({{{0, "q3"}}, 0, 0});  // which moves the robot
+    EXPECT_FALSE(
+        with.respond(*state, load, conditions, with.at_rest(parameters.size()), parameters));
+  }
+}
+
 TEST(CondensedModel, LeavesAloneWhatItCannotKnow) {
   const Bench bench = test::arm_bench();
   const Manipulator& m = bench.manipulator;

@@ -53,6 +53,7 @@ class ThermalExpansion : public EffectKind {
         "session_drift, when the temperature follows time; geometric_error, when it hardly changes";
     place = EffectPlace::element;
     varies = true;
+    by_temperature = true;
     parameters = {optional_parameter("alpha", {.temperature = -1}, 1e-3, 1.2e-5),
                   // Not given: 20, as ISO 1 has it, where the temperature is in degrees Celsius.
                   {.name = "reference",
