@@ -351,8 +351,7 @@ std::optional<Response> EffectModel::respond(const CondensedState& without, cons
   const Effect& effect = effects_[e];
   const auto& [c, element] = effect.sites[0];
   Conditions conditions = given;
-  const std::optional<Chain> varied = varied_chain(c, stated, conditions, before.histories);
-  const Chain& chain = varied ? *varied : fixed_.chains()[c];
+  const Chain& chain = varied_chain(c, stated, conditions, before.histories);
   const Index k = chain.index_of(element);
   const CondensedState::Joint* joint = without.find({c, k});
   if (joint == nullptr) return std::nullopt;

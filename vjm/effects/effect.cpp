@@ -331,6 +331,7 @@ std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
   };
   std::vector<std::size_t> order(effects.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
+  if (order.size() == 1) return order;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return rank(effects[a]) < rank(effects[b]);
   });
@@ -342,19 +343,31 @@ std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
 std::optional<Chain> chain_with_effects(const Manipulator& manipulator, std::size_t chain,
                                         const std::vector<Effect>& effects,
                                         const Conditions& conditions, const Histories& histories) {
+  std::optional<Chain> made;
+  if (!make_with_effects(manipulator, chain, effects, conditions, histories, made))
+    return std::nullopt;
+  return made;
+}
+
+bool make_with_effects(const Manipulator& manipulator, std::size_t chain,
+                       const std::vector<Effect>& effects, const Conditions& conditions,
+                       const Histories& histories, std::optional<Chain>& made) {
   std::optional<ChainModifier> changed;
   for (const std::size_t e : in_order(effects)) {
     const Effect& effect = effects[e];
     const Index size = effect.kind->history;
     for (std::size_t s = 0; s < effect.sites.size(); ++s) {
       if (effect.sites[s].chain != chain) continue;
-      if (!changed) changed.emplace(manipulator.chains().at(chain));
+      if (!changed) {
+        made = manipulator.chains().at(chain);
+        changed.emplace(*std::move(made));
+      }
       const Eigen::VectorXd before = histories[e].segment(static_cast<Index>(s) * size, size);
       effect.kind->act(*changed, effect.sites[s].element, {effect.values, conditions, before});
     }
   }
-  if (!changed) return std::nullopt;
-  return std::move(*changed).chain();
+  if (changed) made = std::move(*changed).chain();
+  return changed.has_value();
 }
 
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,

@@ -238,6 +238,7 @@ class EffectKind {
   bool varies = false;                      // with the conditions of a reading
   Eigen::Index history = 0;                 // numbers that it carries along a cycle, at each place
   bool by_temperature = false;              // does nothing where a reading states none
+  bool by_stated_load = false;              // it may depend on the wrench that is stated
   /// Nobody builds it but at a drive that lifts weight, though it may be given elsewhere.
   bool balances_weight = false;
   /// Commands of its joint in which it must be seen: with fewer its law is any change between them.
@@ -343,6 +344,10 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
 std::optional<Chain> chain_with_effects(const Manipulator& manipulator, std::size_t chain,
                                         const std::vector<Effect>& effects,
                                         const Conditions& conditions, const Histories& histories);
+/// The same in the memory of another one of the manipulator. False: no effect acts there.
+bool make_with_effects(const Manipulator& manipulator, std::size_t chain,
+                       const std::vector<Effect>& effects, const Conditions& conditions,
+                       const Histories& histories, std::optional<Chain>& made);
 /// Whether an effect has a part in readings that are taken so.
 bool acts_under(const EffectKind& kind, const Conditions& conditions);
 /// How readings are taken under the effects.

@@ -29,15 +29,6 @@ struct EffectModel::Case {
 
 namespace {
 
-// Formulas of users may depend on the wrench that is stated.
-void add_load(const Load& stated, Conditions& conditions) {
-  static constexpr std::array names = {"fx", "fy", "fz", "mx", "my", "mz"};
-  for (std::size_t i = 0; i < 3; ++i) {
-    conditions.covariates[names[i]] = stated.force[static_cast<Index>(i)];
-    conditions.covariates[names[3 + i]] = stated.moment[static_cast<Index>(i)];
-  }
-}
-
 VectorXd history_at(const VectorXd& history, std::size_t site, Index size) {
   return history.segment(static_cast<Index>(site) * size, size);
 }
@@ -79,6 +70,7 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
     const EffectKind& kind = *effects_[e].kind;
     varies_ |= kind.varies || kind.history > 0;
     has_history_ |= kind.history > 0;
+    asks_for_load_ |= kind.by_stated_load;
     reads_ |= !kind.acts_on_chains() && !kind.acts_on_numbers();
     for (const EffectSite& site : effects_[e].sites)
       if (kind.history > 0) with_history.insert(site.chain);
@@ -138,6 +130,15 @@ Response EffectModel::relaxed(const Posture& posture, std::size_t parameters) co
   return response;
 }
 
+// Formulas of users may depend on the wrench that is stated.
+void EffectModel::add_load(const Load& stated, Conditions& conditions) const {
+  static constexpr std::array names = {"fx", "fy", "fz", "mx", "my", "mz"};
+  for (std::size_t i = 0; asks_for_load_ && i < 3; ++i) {
+    conditions.covariates[names[i]] = stated.force[static_cast<Index>(i)];
+    conditions.covariates[names[3 + i]] = stated.moment[static_cast<Index>(i)];
+  }
+}
+
 // With the effects that vary, where there are some: these also know the load.
 std::optional<Manipulator> EffectModel::varied(const Load& stated, Conditions& conditions,
                                                const Histories& before) const {
@@ -146,13 +147,15 @@ std::optional<Manipulator> EffectModel::varied(const Load& stated, Conditions& c
   return with_effects(fixed_, varying_effects_, conditions, of_varying(before));
 }
 
-// The same of one chain, where some act on it.
-std::optional<Chain> EffectModel::varied_chain(std::size_t chain, const Load& stated,
-                                               Conditions& conditions,
-                                               const Histories& before) const {
-  if (varying_.empty()) return std::nullopt;
+// One chain of it, good until the thread asks for another.
+const Chain& EffectModel::varied_chain(std::size_t chain, const Load& stated,
+                                       Conditions& conditions, const Histories& before) const {
+  thread_local std::optional<Chain> made;
+  if (varying_.empty()) return fixed_.chains()[chain];
   add_load(stated, conditions);
-  return chain_with_effects(fixed_, chain, varying_effects_, conditions, of_varying(before));
+  const bool is_changed =
+      make_with_effects(fixed_, chain, varying_effects_, conditions, of_varying(before), made);
+  return is_changed ? *made : fixed_.chains()[chain];
 }
 
 Histories EffectModel::of_varying(const Histories& all) const {

@@ -85,8 +85,9 @@ class EffectModel {
   struct Linear;
   std::optional<Manipulator> varied(const Load& stated, Conditions& conditions,
                                     const Histories& histories) const;
-  std::optional<Chain> varied_chain(std::size_t chain, const Load& stated, Conditions& conditions,
-                                    const Histories& histories) const;
+  void add_load(const Load& stated, Conditions& conditions) const;
+  const Chain& varied_chain(std::size_t chain, const Load& stated, Conditions& conditions,
+                            const Histories& histories) const;
   Histories of_varying(const Histories& histories) const;
   bool leaves_equilibrium(const Conditions& conditions,
                           const std::vector<ModelParameter>& parameters) const;
@@ -119,7 +120,7 @@ class EffectModel {
   std::vector<Effect> varying_effects_;
   Watch watch_;
   std::vector<std::size_t> chains_asked_;  // whose coordinates histories or the watch depend on
-  bool varies_ = false, has_history_ = false, reads_ = false;
+  bool varies_ = false, has_history_ = false, reads_ = false, asks_for_load_ = false;
 };
 
 }  // namespace kinetostat::vjm

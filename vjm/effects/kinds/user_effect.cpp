@@ -95,6 +95,7 @@ class UserEffect : public EffectKind {
       : law_(law_of), covariates_(std::move(covariates)), function_(std::move(function)) {
     parameters = std::move(described);
     place = EffectPlace::joint;
+    by_stated_load = true;
     first_ = Coordinates(law_).count();
     for (Index i = first_; i < first_parameter(); ++i) varies = varies || function_->uses(i);
   }
