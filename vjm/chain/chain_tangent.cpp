@@ -43,7 +43,8 @@ double ChainTangent::scaled_hessian(Index k, Index l) const {
 void ChainTangent::build_matrix() {
   const Index n = size();
   const Vector6 to_scaled = equations_->scale().twist();
-  matrix_.setZero(6 + n, 6 + n);
+  matrix_.resize(6 + n, 6 + n);
+  matrix_.topLeftCorner<6, 6>().setZero();  // all else is written below
   const std::vector<Index>& free = equations_->free();
   const VectorXd& unit = equations_->unit();
   const double stiffness = equations_->scale().stiffness;
