@@ -494,7 +494,8 @@ void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
     if (!result.failure.empty()) {
       failures.add(c, result.failure);
     } else {
-      result.work = work_of(run, campaign_.readings[at.reading], loaded);
+      if (run.without == nullptr)
+        result.work = work_of(run, campaign_.readings[at.reading], loaded);
       if (campaign_.control) hold_displacement(run, at, before->response, loaded, result);
     }
     for (const std::size_t r : readings_of(c)) {

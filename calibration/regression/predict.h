@@ -54,7 +54,7 @@ struct PredictOptions {
   const Predictions* near = nullptr;  // of a similar model, which save time
   std::vector<TargetOffset> targets = {};
   /// The model without its last effect, which saves most of the time where that is a law in one
-  /// joint; states are then left out.
+  /// joint; states and work are then left out.
   const CondensedModel* without = nullptr;
   ReadingTaker take = {};
   /// States of one reading a configuration: those of a long table are most of its memory.
