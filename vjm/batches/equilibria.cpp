@@ -115,12 +115,12 @@ class Group {
       factorise();
       solve(correction);
       const Lanes size = norm(correction);
-      good_ = good_ & (size <= length_ * 1e6);
+      good_ = good_ & ((!active) | (size <= length_ * 1e6));
       move(correction, active & good_);
       evaluate();
       solve(again);
       const Lanes left = norm(again);
-      good_ = good_ & ((left <= size * 0.75) | (size <= enough));
+      good_ = good_ & ((!active) | (left <= size * 0.75) | (size <= enough));
       const LaneMask at_rounding =
           (size <= length_ * 1e-7) & (left <= size * 1e-2) & (left <= enough * 1e3);
       const LaneMask close = active & good_ & ((left <= enough) | at_rounding);
