@@ -87,8 +87,8 @@ class Group {
  public:
   Group(const Manipulator& manipulator, const EquilibriumOptions& options)
       : manipulator_(manipulator), options_(options) {
-    for (const Chain& chain : manipulator.chains())
-      chains_.push_back({.lanes = LoadedChain(chain)});
+    chains_.reserve(manipulator.size());
+    for (const Chain& chain : manipulator.chains()) chains_.emplace_back(chain);
   }
 
   void start(const std::vector<Posture>& postures, const std::vector<Load>& loads,
@@ -144,8 +144,12 @@ class Group {
 
  private:
   struct OfChain {
+    explicit OfChain(const Chain& chain) : lanes(chain) {
+      for (int i = 0; i < 6; ++i) gap[i] = 0.0;
+    }
+
     LoadedChain lanes;
-    Vector6Lanes gap = {};  // from the chain's end to the platform
+    Vector6Lanes gap;  // from the chain's end to the platform
   };
   struct Correction {
     Vector6Lanes platform;
