@@ -167,10 +167,8 @@ class Group {
     LoadedChain& to = chains_[c].lanes;
     const Chain& chain = to.chain();
     const Load& load = *loads_[static_cast<std::size_t>(lane)];
-    const VectorXd rest = posture.rest(chain, c), commands = posture.coordinates_of(chain, c);
-    VectorXd start = commands;
-    for (const TransmissionError& shift : chain.transmission_errors())
-      start[shift.coordinate] += shift.at(commands);
+    const VectorXd rest = posture.rest(chain, c),
+                   start = chain.rest_for(posture.coordinates_of(chain, c));
     for (Index k = 0; k < chain.size(); ++k) {
       to.x[static_cast<std::size_t>(k)].set(lane, start[k]);
       to.rest[static_cast<std::size_t>(k)].set(lane, rest[k]);

@@ -3,24 +3,13 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
-#include "kinetostat/vjm/batches/lanes.h"
+#include "kinetostat/vjm/batches/frames.h"
 #include "kinetostat/vjm/chain/chain.h"
 
 namespace kinetostat::vjm {
-
-inline Vector3Lanes cross(const Vector3Lanes& a, const Vector3Lanes& b) {
-  Vector3Lanes product;
-  for (int i = 0; i < 3; ++i)
-    product[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-  return product;
-}
-inline Lanes dot(const Vector3Lanes& a, const Vector3Lanes& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /// The equations of ChainEquations without its scales, for a chain without laws whose nodes take
 /// forces alone. With b what the end is short of and [m]x the moment at the end as a cross product,
@@ -181,28 +170,10 @@ class LoadedChain {
   Lanes& at(std::size_t i, std::size_t j) { return matrix_[j * size() + i]; }
   const Lanes& at(std::size_t i, std::size_t j) const { return matrix_[j * size() + i]; }
 
-  void go_on(const spatial::Matrix3& rotation, const spatial::Vector3& position) {
-    const Matrix3Lanes r = rotation_;
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) position_[i] += r(i, k) * position[k];
-      for (int j = 0; j < 3; ++j)
-        rotation_(i, j) =
-            r(i, 0) * rotation(0, j) + r(i, 1) * rotation(1, j) + r(i, 2) * rotation(2, j);
-    }
-  }
-
-  void turn(int axis, Lanes angle) {
-    Lanes c, s;
-    for (int lane = 0; lane < lane_count; ++lane) {
-      c.set(lane, std::cos(angle[lane]));
-      s.set(lane, std::sin(angle[lane]));
-    }
-    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    for (int i = 0; i < 3; ++i) {
-      const Lanes u = rotation_(i, a), v = rotation_(i, b);
-      rotation_(i, a) = c * u + s * v;
-      rotation_(i, b) = c * v - s * u;
-    }
+  void go_on(const spatial::Pose& pose) {
+    const Matrix3Lanes rotation = rotation_;
+    const Vector3Lanes position = position_;
+    lead(rotation, position, pose.rotation(), pose.position(), rotation_, position_);
   }
 
   // Origins and axes of the joints, the loaded nodes, and the end.
@@ -222,18 +193,18 @@ class LoadedChain {
     for (std::size_t j = 0; j < twists_.size(); ++j) {
       place_nodes(j);
       const Joint& joint = chain_->joints()[j];
-      if (!joint.before_is_identity) go_on(joint.before.rotation(), joint.before.position());
+      if (!joint.before_is_identity) go_on(joint.before);
       const int axis = axis_index(joint.motion);
       const Lanes value = x[static_cast<std::size_t>(joint.coordinate)] * joint.factor;
       twists_[j].v = position_;
       for (int i = 0; i < 3; ++i) twists_[j].w[i] = rotation_(i, axis);
       if (is_rotation(joint.motion))
-        turn(axis, value);
+        turn(axis, value, rotation_);
       else
         for (int i = 0; i < 3; ++i) position_[i] += value * rotation_(i, axis);
     }
     place_nodes(twists_.size());
-    go_on(chain_->tail().rotation(), chain_->tail().position());
+    go_on(chain_->tail());
   }
 
   // From origins and axes: the twists at the end, joint by joint and coordinate by coordinate.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kinetostat/spatial/pose.h"
-#include "kinetostat/vjm/batches/lanes.h"
+#include "kinetostat/vjm/batches/frames.h"
 #include "kinetostat/vjm/chain/chain.h"
 
 namespace kinetostat::vjm {
@@ -61,23 +61,11 @@ inline void evaluate(const RelaxedChain& chain, const RelaxedChain::Coordinates&
     at.positions[0][i] = 0.0;
     for (int j = 0; j < 3; ++j) at.rotations[0](i, j) = i == j ? 1.0 : 0.0;
   }
-  const auto lead = [&](std::size_t from, const spatial::Matrix3& rotation,
-                        const spatial::Vector3& position, Matrix3Lanes& r, Vector3Lanes& p) {
-    for (int i = 0; i < 3; ++i) {
-      Lanes sum = at.positions[from][i];
-      for (int k = 0; k < 3; ++k) sum += at.rotations[from](i, k) * position[k];
-      p[i] = sum;
-      for (int j = 0; j < 3; ++j)
-        r(i, j) = at.rotations[from](i, 0) * rotation(0, j) +
-                  at.rotations[from](i, 1) * rotation(1, j) +
-                  at.rotations[from](i, 2) * rotation(2, j);
-    }
-  };
   for (std::size_t j = 0; j < chain.joints.size(); ++j) {
     const RelaxedChain::Joint& joint = chain.joints[j];
     Matrix3Lanes& r = at.rotations[j + 1];
     Vector3Lanes& p = at.positions[j + 1];
-    lead(j, joint.rotation, joint.position, r, p);
+    lead(at.rotations[j], at.positions[j], joint.rotation, joint.position, r, p);
     const int axis = axis_index(joint.motion);
     at.origins[j] = p;
     for (int i = 0; i < 3; ++i) at.axes[j][i] = r(i, axis);
@@ -86,19 +74,11 @@ inline void evaluate(const RelaxedChain& chain, const RelaxedChain::Coordinates&
       for (int i = 0; i < 3; ++i) p[i] += value * r(i, axis);
       continue;
     }
-    Lanes c, s;
-    for (int lane = 0; lane < lane_count; ++lane) {
-      c.set(lane, std::cos(value[lane]));
-      s.set(lane, std::sin(value[lane]));
-    }
-    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    for (int i = 0; i < 3; ++i) {
-      const Lanes u = r(i, a), v = r(i, b);
-      r(i, a) = c * u + s * v;
-      r(i, b) = c * v - s * u;
-    }
+    turn(axis, value, r);
   }
-  lead(chain.joints.size(), chain.tail.rotation(), chain.tail.position(), at.rotation, at.position);
+  const std::size_t last = chain.joints.size();
+  lead(at.rotations[last], at.positions[last], chain.tail.rotation(), chain.tail.position(),
+       at.rotation, at.position);
 }
 
 /// Twists [v; w] of the chosen coordinates at the end.
@@ -120,9 +100,9 @@ inline void twists_of(const RelaxedChain& chain, const RelaxedKinematics& at,
       for (int i = 0; i < 3; ++i) twists(i, k) += axis[i];
       continue;
     }
+    const Vector3Lanes velocity = cross(axis, arm);
     for (int i = 0; i < 3; ++i) {
-      const int a = (i + 1) % 3, b = (i + 2) % 3;
-      twists(i, k) += axis[a] * arm[b] - axis[b] * arm[a];
+      twists(i, k) += velocity[i];
       twists(3 + i, k) += axis[i];
     }
   }

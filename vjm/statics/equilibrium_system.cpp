@@ -86,11 +86,8 @@ SystemState EquilibriumSystem::relaxed_state() const {
   state.wrenches.assign(chains_.size(), Vector6::Zero());
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     const Chain& chain = manipulator_.chains()[c];
-    const VectorXd commands = posture_.coordinates_of(chain, c);
-    state.coordinates.push_back(commands);
     // A drive starts where it leads its joint; without a spring it stays there.
-    for (const TransmissionError& shift : chain.transmission_errors())
-      state.coordinates[c][shift.coordinate] += shift.at(commands);
+    state.coordinates.push_back(chain.rest_for(posture_.coordinates_of(chain, c)));
   }
   return state;
 }
