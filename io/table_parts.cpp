@@ -12,31 +12,68 @@
 namespace kinetostat::io {
 namespace {
 
-std::size_t number_at(const std::string& text, std::size_t at) {
+std::string_view without_number(std::string_view line) { return line.substr(line.find(',') + 1); }
+
+std::size_t rows_in(std::string_view title) {
+  const std::size_t at = title.rfind(" of ");
+  std::size_t rows = 0;
+  if (at != std::string_view::npos)
+    (void)std::from_chars(title.data() + at + 4, title.data() + title.size(), rows);
+  return rows;
+}
+
+// A file of a part, line by line with their ends.
+struct PartLines {
+  std::string_view rest;
+
+  std::string_view next() {
+    const std::string_view line = rest.substr(0, rest.find('\n') + 1);
+    rest.remove_prefix(line.size());
+    return line;
+  }
+};
+
+// The text of a file, all of whose lines are ended. Throws InputError where it is no part.
+std::string read_part(const std::filesystem::path& file) {
+  std::string text = read_text(file);
+  if (!text.ends_with('\n')) text += '\n';
+  PartLines lines{text};
+  const std::string_view title = lines.next(), header = lines.next();
+  if (!title.starts_with("# ") || rows_in(title) == 0 || header.find(',') == std::string_view::npos)
+    throw common::InputError(file, "this is no table that was written with --part",
+                             "Name what 'sweep' or 'map' wrote with --part i/n -o FILE");
+  return text;
+}
+
+// The number of a line. Throws InputError where it has none of the table's.
+std::size_t number_of(std::string_view line, std::size_t rows, const std::filesystem::path& file) {
   std::size_t number = 0;
-  if (at < text.size()) (void)std::from_chars(text.data() + at, text.data() + text.size(), number);
+  const char* const end = line.data() + line.size();
+  const auto [at, error] = std::from_chars(line.data(), end, number);
+  if (error != std::errc() || at == end || *at != ',' || number >= rows) {
+    const std::string_view start =
+        line.substr(0, std::min<std::size_t>(line.find_first_of(",\n"), 20));
+    throw common::InputError(file,
+                             fmt::format("'{}' is none of its rows, 0 to {}", start, rows - 1),
+                             "The file is damaged: make this part again");
+  }
   return number;
 }
 
-std::string without_number(const std::string& line) { return line.substr(line.find(',') + 1); }
+std::size_t size_of(const std::vector<std::string>& texts) {
+  std::size_t size = 0;
+  for (const std::string& text : texts) size += text.size();
+  return size;
+}
 
 }  // namespace
 
-std::size_t NumberedTable::rows() const {
-  const std::size_t at = title.rfind(" of ");
-  return at == std::string::npos ? 0 : number_at(title, at + 4);
-}
+std::size_t NumberedTable::rows() const { return rows_in(title); }
 
 std::string NumberedTable::text() const {
   std::string whole = title + header;
   for (const auto& [number, line] : lines) whole += line;
   return whole;
-}
-
-std::string NumberedTable::plain_text() const {
-  std::string plain = without_number(header);
-  for (const auto& [number, line] : lines) plain += without_number(line);
-  return plain;
 }
 
 std::string title_of_table(const std::string& kind, const std::string& meaning, std::size_t rows,
@@ -46,40 +83,59 @@ std::string title_of_table(const std::string& kind, const std::string& meaning, 
 }
 
 NumberedTable read_numbered_table(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
-  std::size_t at = 0;
-  const auto next = [&] {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    std::string line = text.substr(at, end - at) + "\n";
-    at = end + 1;
-    return line;
-  };
-  NumberedTable table{.title = next(), .header = next()};
-  if (!table.title.starts_with("# ") || table.rows() == 0 ||
-      table.header.find(',') == std::string::npos)
-    throw common::InputError(file, "this is no table that was written with --part",
-                             "Name what 'sweep' or 'map' wrote with --part i/n -o FILE");
-  while (at < text.size()) {
-    std::string line = next();
-    table.lines[number_at(line, 0)] = std::move(line);
+  const std::string text = read_part(file);
+  PartLines lines{text};
+  NumberedTable table{.title = std::string(lines.next()), .header = std::string(lines.next())};
+  while (!lines.rest.empty()) {
+    const std::string_view line = lines.next();
+    table.lines[number_of(line, table.rows(), file)] = line;
   }
   return table;
 }
 
-NumberedTable join_tables(const std::vector<std::string>& files) {
-  NumberedTable all = read_numbered_table(files.front());
+std::string JoinedTable::text() const {
+  std::string whole = title + header;
+  whole.reserve(size_of(parts));
+  for (const std::string_view line : lines) whole += line;
+  return whole;
+}
+
+std::string JoinedTable::plain_text() const {
+  std::string plain(without_number(header));
+  plain.reserve(size_of(parts));
+  for (const std::string_view line : lines) plain += without_number(line);
+  return plain;
+}
+
+JoinedTable join_tables(const std::vector<std::string>& files) {
+  JoinedTable all;
+  all.parts.reserve(files.size());  // lines are in them
+  std::size_t rows = 0;
   for (const std::string& file : files) {
-    NumberedTable part = read_numbered_table(file);
-    if (part.title != all.title || part.header != all.header)
+    all.parts.push_back(read_part(file));
+    PartLines lines{all.parts.back()};
+    const std::string_view title = lines.next(), header = lines.next();
+    if (all.title.empty()) {
+      all.title = title;
+      all.header = header;
+      rows = rows_in(title);
+      all.lines.resize(rows);
+    }
+    if (title != all.title || header != all.header)
       throw common::InputError(file, "this is a part of another table",
                                fmt::format("Join only what {} belongs to", files.front()));
-    all.lines.merge(part.lines);
+    while (!lines.rest.empty()) {
+      const std::string_view line = lines.next();
+      std::string_view& place = all.lines[number_of(line, rows, file)];
+      if (place.empty()) place = line;
+    }
   }
-  for (std::size_t r = 0; r < all.rows(); ++r)
-    if (!all.lines.contains(r))
-      throw common::InputError(files.front(),
-                               fmt::format("row {} of {} is in none of the files", r, all.rows()),
-                               "Name all parts: those of --part 1/n to n/n");
+  const auto missing = std::find(all.lines.begin(), all.lines.end(), std::string_view());
+  if (missing != all.lines.end())
+    throw common::InputError(
+        files.front(),
+        fmt::format("row {} of {} is in none of the files", missing - all.lines.begin(), rows),
+        "Name all parts: those of --part 1/n to n/n");
   return all;
 }
 

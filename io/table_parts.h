@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kinetostat::io {
@@ -26,8 +27,6 @@ struct NumberedTable {
   /// The number of rows that the title names.
   std::size_t rows() const;
   std::string text() const;
-  /// Without title and numbers.
-  std::string plain_text() const;
 };
 
 /// `kind` is "map", `rows` how many `what` ("poses") the whole has, `meaning` all that decides what
@@ -38,7 +37,19 @@ std::string title_of_table(const std::string& kind, const std::string& meaning, 
 /// Throws InputError for a file that is none of these.
 NumberedTable read_numbered_table(const std::filesystem::path& file);
 
-/// Parts in any order. Throws InputError where one is of another table, or a row is in none.
-NumberedTable join_tables(const std::vector<std::string>& files);
+/// A whole table of the rows of its parts.
+struct JoinedTable {
+  std::string title, header;            // those of the parts
+  std::vector<std::string> parts;       // contents of their files
+  std::vector<std::string_view> lines;  // by number, which they start with, in `parts`
+
+  std::string text() const;
+  /// Without title and numbers.
+  std::string plain_text() const;
+};
+
+/// Parts in any order; of a row that is in several, the first. Throws InputError where one is of
+/// another table, or a row is in none.
+JoinedTable join_tables(const std::vector<std::string>& files);
 
 }  // namespace kinetostat::io

@@ -263,16 +263,16 @@ struct JoinRequest {
 
 // A map has poses only; what else there is keeps its numbers.
 io::Json join(Run& run, const JoinRequest& request) {
-  const io::NumberedTable all = io::join_tables(request.files);
+  const io::JoinedTable all = io::join_tables(request.files);
   const bool is_map = all.title.starts_with("# map ");
-  const std::string table = is_map ? all.plain_text() : all.text();
+  std::string table = is_map ? all.plain_text() : all.text();
   if (run.out()) {
     io::write_atomically(*run.out(), table);
-    run.print(fmt::format("{} rows, written to {}.\n", all.rows(), run.out()->string()));
+    run.print(fmt::format("{} rows, written to {}.\n", all.lines.size(), run.out()->string()));
   } else {
     run.print(table);
   }
-  return {{"rows", all.rows()}, {"table", table}};
+  return {{"rows", all.lines.size()}, {"table", std::move(table)}};
 }
 
 }  // namespace
