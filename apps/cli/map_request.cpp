@@ -109,10 +109,6 @@ NamedIndex read_index(const std::string& text, const spatial::UnitSystem& units)
   return named;
 }
 
-bool has_wrench(const vjm::TargetPose& pose) {
-  return !pose.load.force.isZero(0) || !pose.load.moment.isZero(0);
-}
-
 // How far critical forces are sought [N].
 double read_up_to(const std::string& text, const spatial::UnitSystem& units,
                   const vjm::PoseList& list) {
@@ -122,17 +118,15 @@ double read_up_to(const std::string& text, const spatial::UnitSystem& units,
   const double force = quantity("--up-to", text, spatial::dimension::force, units);
   if (!(force > 0) || std::isinf(force))
     throw UsageError("--up-to", fmt::format("'{}' is not a force above zero", text));
-  if (std::any_of(list.poses.begin(), list.poses.end(), has_wrench))
+  if (list.has_wrench)
     throw UsageError("--index", "a critical force grows from nothing, not from a wrench",
                      "Leave the wrench away; weight and --node-load act beside the growing force");
   return force;
 }
 
 bool is_loaded(const vjm::Robot& robot, const vjm::PoseList& list) {
-  if (!robot.manipulator.is_relaxed_when_unloaded()) return true;
-  return std::any_of(list.poses.begin(), list.poses.end(), [](const vjm::TargetPose& pose) {
-    return has_wrench(pose) || !pose.load.nodes.empty();
-  });
+  return !robot.manipulator.is_relaxed_when_unloaded() || list.has_wrench ||
+         (!list.poses.empty() && !list.poses.front().load.nodes.empty());
 }
 
 }  // namespace
@@ -156,14 +150,15 @@ void MapRequest::add_options(OptionList& app) {
   app.add_option("--up-to", up_to, "Seek critical forces up to this force").type_name("FORCE");
 }
 
-vjm::PoseList MapRequest::read_poses(const vjm::Robot& robot) const {
+vjm::PoseList MapRequest::read_poses(const vjm::Robot& robot, const io::Part& part) const {
   const vjm::Load acting = load.load(robot);
   if (grid.empty() == path.empty())
     throw UsageError("--grid",
                      grid.empty() ? "neither a grid nor a path is given"
                                   : "a grid and a path exclude each other",
                      "Give --grid x=-50:50:11,y=0,z=0 or --path FILE.csv");
-  return grid.empty() ? read_path(path, robot, acting) : read_grid(grid, robot, acting);
+  return grid.empty() ? read_path(path, robot, acting, part)
+                      : read_grid(grid, robot, acting, "--grid", part);
 }
 
 std::vector<NamedIndex> MapRequest::read_indices(const vjm::Robot& robot,
@@ -187,28 +182,6 @@ std::vector<NamedIndex> MapRequest::read_indices(const vjm::Robot& robot,
                        "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], or loads in the path file");
   }
   return named;
-}
-
-std::string map_identity(const vjm::Robot& robot, const vjm::PoseList& list,
-                         const std::vector<NamedIndex>& indices) {
-  fmt::memory_buffer text;
-  const auto out = std::back_inserter(text);
-  fmt::format_to(out, "{}\n", report::provenance(robot).dump());
-  for (const NamedIndex& index : indices)
-    fmt::format_to(out, "{} {}\n", index.name, index.index.up_to);
-  for (const vjm::TargetPose& pose : list.poses) {
-    for (const double c : report::coordinates_of(pose.platform)) fmt::format_to(out, "{} ", c);
-    for (const double c : pose.load.at_reference_point(spatial::Pose()))
-      fmt::format_to(out, "{} ", c);
-    for (const double c : pose.load.point_on_platform) fmt::format_to(out, "{} ", c);
-    for (const vjm::NodeLoad& node : pose.load.nodes)
-      fmt::format_to(out, "{} {} {} {} {} {} {} {} ", node.chain, node.node, node.force.x(),
-                     node.force.y(), node.force.z(), node.moment.x(), node.moment.y(),
-                     node.moment.z());
-    for (const auto& [joint, value] : pose.held) fmt::format_to(out, "{} {} ", joint, value);
-    fmt::format_to(out, "\n");
-  }
-  return io::sha256(fmt::to_string(text));
 }
 
 }  // namespace kinetostat::apps

@@ -6,6 +6,7 @@
 
 #include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/apps/cli/robot_request.h"
+#include "kinetostat/io/table_parts.h"
 #include "kinetostat/report/manipulators/map.h"
 
 namespace kinetostat::apps {
@@ -18,14 +19,10 @@ struct MapRequest {
 
   void add_options(OptionList& app);
   /// Throws UsageError; common::InputError for a path file.
-  vjm::PoseList read_poses(const vjm::Robot& robot) const;
+  vjm::PoseList read_poses(const vjm::Robot& robot, const io::Part& part = {}) const;
   /// Throws UsageError, also for an index that makes no sense for these poses.
   std::vector<report::NamedIndex> read_indices(const vjm::Robot& robot,
                                                const vjm::PoseList& list) const;
 };
-
-/// Hash of everything that determines the values of a map.
-std::string map_identity(const vjm::Robot& robot, const vjm::PoseList& list,
-                         const std::vector<report::NamedIndex>& indices);
 
 }  // namespace kinetostat::apps

@@ -174,10 +174,20 @@ std::vector<Column> read_columns(const io::CsvTable& table, const vjm::Robot& ro
   return columns;
 }
 
+bool has_wrench(const vjm::Load& load) { return !load.force.isZero(0) || !load.moment.isZero(0); }
+
+// Of poses of a part, their numbers.
+void number_poses(const io::Part& part, vjm::PoseList& list) {
+  if (part.is_whole()) return;
+  for (std::size_t i = 0; i < list.poses.size(); ++i)
+    list.numbers.push_back(part.number - 1 + i * part.count);
+  list.shape = {list.poses.size(), 1, 1, 1, 1, 1};
+}
+
 }  // namespace
 
 vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load,
-                        const std::string& option) {
+                        const std::string& option, const io::Part& part) {
   const std::array<std::vector<double>, 6> axes = read_axes(option, grid, robot.units);
   vjm::PoseList list;
   double count = 1;
@@ -187,27 +197,32 @@ vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const 
   }
   if (count > most_poses)
     throw UsageError(option, fmt::format("it has {:.3g} poses, more than {}", count, most_poses));
-  list.poses.reserve(static_cast<std::size_t>(count));
-  for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n) {
+  list.whole = static_cast<std::size_t>(count);
+  list.has_wrench = has_wrench(load);
+  list.poses.reserve(list.whole / part.count + 1);
+  for (std::size_t n = part.number - 1; n < list.whole; n += part.count) {
     spatial::Vector6 coordinates;
     std::size_t rest = n;
     for (std::size_t i = 6; i-- > 0; rest /= axes[i].size())
       coordinates[static_cast<Eigen::Index>(i)] = axes[i][rest % axes[i].size()];
     list.poses.push_back({pose_of(coordinates), load});
   }
+  number_poses(part, list);
   return list;
 }
 
-vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load) {
+vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load,
+                        const io::Part& part) {
   const io::CsvTable table = io::read_table(file);
   const std::vector<Column> columns = read_columns(table, robot);
-  const bool has_wrench = std::any_of(columns.begin(), columns.end(),
-                                      [](const Column& column) { return column.is_wrench(); });
-  if (has_wrench && !(load.force.isZero(0) && load.moment.isZero(0)))
+  const bool has_wrenches = std::any_of(columns.begin(), columns.end(),
+                                        [](const Column& column) { return column.is_wrench(); });
+  if (has_wrenches && has_wrench(load))
     throw UsageError("--wrench", fmt::format("'{}' has loads of its own", file),
                      "Leave --wrench out, or the columns fx to mz");
   vjm::PoseList list;
   list.shape[0] = table.rows();
+  list.whole = table.rows();
   for (std::size_t row = 0; row < table.rows(); ++row) {
     spatial::Vector6 coordinates = spatial::Vector6::Zero(), wrench = spatial::Vector6::Zero();
     std::map<std::string, double> held;
@@ -220,12 +235,14 @@ vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const 
         (columns[c].is_wrench() ? wrench : coordinates)[i] = value;
     }
     vjm::TargetPose target{pose_of(coordinates), load, std::move(held)};
-    if (has_wrench) {
+    if (has_wrenches) {
       target.load.force = wrench.head<3>();
       target.load.moment = wrench.tail<3>();
     }
-    list.poses.push_back(std::move(target));
+    list.has_wrench = list.has_wrench || has_wrench(target.load);
+    if (part.has(row)) list.poses.push_back(std::move(target));
   }
+  number_poses(part, list);
   return list;
 }
 

@@ -75,6 +75,16 @@ std::vector<vjm::MapIndex> plain(const std::vector<report::NamedIndex>& named) {
   return indices;
 }
 
+// All that decides what is in a map, but for some options.
+std::string meaning_of(const GridRequest& request, const vjm::Robot& robot,
+                       const std::vector<std::string>& but_for, const Run& run) {
+  io::Json options = run.options();
+  for (const std::string& other : but_for) options.erase(other);
+  std::string meaning = this_program() + report::provenance(robot).dump() + options.dump();
+  if (!request.map.path.empty()) meaning += io::sha256(io::read_text(request.map.path));
+  return meaning;
+}
+
 std::vector<vjm::MapPoint> map_points(const GridRequest& request, const vjm::Robot& robot,
                                       const vjm::PoseList& list,
                                       const std::vector<report::NamedIndex>& named, Run& run) {
@@ -84,7 +94,8 @@ std::vector<vjm::MapPoint> map_points(const GridRequest& request, const vjm::Rob
   const bool saves = !checkpoint.file.empty();
   if (saves) {
     io::require_writable(checkpoint.file);  // before hours are spent
-    checkpoint.request = map_identity(robot, list, named);
+    checkpoint.request = io::sha256(meaning_of(
+        request, robot, {"checkpoint", "vtu", "links", "draws", "seed", "no-uncertainty"}, run));
   }
   return workspace_map(robot.manipulator, list.poses, indices, run.threads(), run.progress(),
                        saves ? &checkpoint : nullptr, finer_models(robot));
@@ -195,66 +206,49 @@ io::Json add_choice(const Chosen& chosen, const vjm::Robot& robot,
   return report::to_json(said);
 }
 
-// The poses of one part; what else is asked for is of all of them.
-std::vector<std::size_t> take_part(const GridRequest& request, vjm::PoseList& list,
-                                   const Run& run) {
+// The poses, of a part where one is asked for.
+vjm::PoseList read_poses(const GridRequest& request, const vjm::Robot& robot, const Run& run) {
   const io::Part part = part_of("--part", request.part);
-  std::vector<std::size_t> numbers;
-  if (part.is_whole()) return numbers;
-  if (!run.out()) throw UsageError("--out", "a part goes into a file, for join", "Give -o FILE");
-  std::vector<vjm::TargetPose> poses;
-  for (std::size_t i = 0; i < list.poses.size(); ++i)
-    if (part.has(i)) {
-      numbers.push_back(i);
-      poses.push_back(std::move(list.poses[i]));
-    }
-  if (numbers.empty())
-    throw UsageError("--part", fmt::format("there are only {} poses", list.poses.size()),
+  if (!part.is_whole() && !run.out())
+    throw UsageError("--out", "a part goes into a file, for join", "Give -o FILE");
+  vjm::PoseList list = request.map.read_poses(robot, part);
+  if (list.poses.empty() && list.whole > 0)
+    throw UsageError("--part", fmt::format("there are only {} poses", list.whole),
                      "Divide them into fewer parts");
-  list.shape = {numbers.size(), 1, 1, 1, 1, 1};
-  list.poses = std::move(poses);
-  return numbers;
+  return list;
 }
 
 // The rows of a part with their numbers in the whole map.
-std::string table_of_part(const std::vector<std::size_t>& numbers, const std::string& title,
-                          const std::string& csv) {
-  io::NumberedTable table{.title = title, .header = {}};
-  std::size_t at = 0;
+std::string table_of_part(const vjm::PoseList& list, const std::string& meaning,
+                          std::string_view csv) {
   const auto next = [&] {
-    const std::size_t start = std::exchange(at, csv.find('\n', at) + 1);
-    return csv.substr(start, at - start);
+    const std::string_view line = csv.substr(0, csv.find('\n') + 1);
+    csv.remove_prefix(line.size());
+    return line;
   };
-  table.header = "pose," + next();
-  for (const std::size_t number : numbers)
-    table.lines[number] = fmt::format("{},{}", number, next());
-  return table.text();
+  std::string table = io::title_of_table("map", meaning, list.whole, "poses");
+  table += fmt::format("pose,{}", next());
+  for (const std::size_t number : list.numbers) {
+    table += std::to_string(number);
+    table += ',';
+    table += next();
+  }
+  return table;
 }
 
-void write_map(const report::Map& result, const std::vector<std::size_t>& numbers,
-               const std::string& title, const Run& run) {
+void write_map(const GridRequest& request, const report::Map& result, const Run& run) {
   if (!run.out()) return;
-  const std::string csv = report::csv(result);
-  io::write_atomically(*run.out(), numbers.empty() ? csv : table_of_part(numbers, title, csv));
-}
-
-// Of the whole map: all that decides what is in it, but for the part.
-std::string title_of(const GridRequest& request, const vjm::Robot& robot, std::size_t poses,
-                     const Run& run) {
-  io::Json options = run.options();
-  for (const char* other : {"part", "checkpoint"}) options.erase(other);
-  std::string meaning = this_program() + report::provenance(robot).dump() + options.dump();
-  if (!request.map.path.empty()) meaning += io::sha256(io::read_text(request.map.path));
-  return io::title_of_table("map", meaning, poses, "poses");
+  std::string csv = report::csv(result);
+  if (!result.list.numbers.empty())
+    csv = table_of_part(result.list, meaning_of(request, result.robot, {"part", "checkpoint"}, run),
+                        csv);
+  io::write_atomically(*run.out(), csv);
 }
 
 io::Json map(const GridRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.map.robot_file);
-  vjm::PoseList list = request.map.read_poses(robot);
+  vjm::PoseList list = read_poses(request, robot, run);
   std::vector<report::NamedIndex> indices = request.map.read_indices(robot, list);
-  const std::string title =
-      request.part.empty() ? "" : title_of(request, robot, list.poses.size(), run);
-  const std::vector<std::size_t> numbers = take_part(request, list, run);
   std::optional<Chosen> chosen;
   if (request.free.is_asked_for()) chosen = choose(request, robot, indices.front(), list, run);
   std::vector<vjm::MapPoint> points = map_points(request, robot, list, indices, run);
@@ -264,7 +258,7 @@ io::Json map(const GridRequest& request, Run& run) {
   io::Json choice;
   if (chosen) choice = add_choice(*chosen, robot, indices, points, run);
   const report::Map result{robot, list, indices, points};
-  write_map(result, numbers, title, run);
+  write_map(request, result, run);
   if (!request.vtu.empty()) io::write_vtu(request.vtu, report::vtu(result));
   if (run.wants_page()) run.draw(report::picture(result));
   run.print(report::wrapped(report::headline(result)) + "\n" + report::text(result));

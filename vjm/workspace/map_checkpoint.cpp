@@ -94,7 +94,7 @@ std::vector<MapPoint> read_map_checkpoint(const MapCheckpoint& checkpoint, std::
   if (first != heading) reader.fail("does not start as one");
   const std::string request = request_line(checkpoint, poses);
   if (reader.line() != request)
-    reader.fail("belongs to another robot, other poses or other indices");
+    reader.fail("belongs to another robot, other options or another build of the program");
   reader.require_seal(request);
   while (!reader.at_end()) {
     if (points.size() == poses) reader.fail("has more poses than the map");

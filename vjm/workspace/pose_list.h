@@ -20,12 +20,15 @@ struct TargetPose {
   std::map<std::string, double> held = {};
 };
 
-/// Target poses in order.
+/// Target poses in order, or every n-th of them.
 struct PoseList {
   std::vector<TargetPose> poses;
-  /// Grid: numbers of points along x, y, z, rx, ry, rz; the last varies fastest. Path: the number
-  /// of rows and ones.
+  /// Grid: numbers of points along x, y, z, rx, ry, rz; the last varies fastest. Path, or a part of
+  /// either: the number of poses and ones.
   std::array<std::size_t, 6> shape{1, 1, 1, 1, 1, 1};
+  std::size_t whole = 0;                  // how many there are, those of other parts among them
+  std::vector<std::size_t> numbers = {};  // of the poses in the whole list, where they are a part
+  bool has_wrench = false;                // whether one acts at any pose of the whole list
 };
 
 /// Names of the six coordinates of a pose (position and rotation vector), and of a wrench.

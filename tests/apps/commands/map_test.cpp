@@ -62,6 +62,22 @@ TEST(MapCommand, InPartsIsTheMapOfOneRun) {
   EXPECT_EQ(kinetostat(command + "--part 10/10 -o x.csv").code, 2);  // of nine poses
 }
 
+// The loads of a path may all be in the other part: what is asked for is asked of the whole path.
+TEST(MapCommand, APartOfAPathMayHaveNoLoad) {
+  io::write_atomically(working_folder() / "loads.csv", "x,y,z,fx\n0,0,0,0\n10,0,0,50\n0,10,0,0\n");
+  const std::string command = "map data/robots/orthoglide.yaml --path loads.csv --index deflection ";
+  ASSERT_EQ(kinetostat(command + "-o loads_whole.csv").code, 0);
+  for (const int i : {1, 2})
+    ASSERT_EQ(kinetostat(command + fmt::format("--part {0}/2 -o loads.{0}.csv", i)).code, 0);
+  ASSERT_EQ(kinetostat("join loads.2.csv loads.1.csv -o loads_joined.csv").code, 0);
+  EXPECT_EQ(io::read_text(working_folder() / "loads_whole.csv"),
+            io::read_text(working_folder() / "loads_joined.csv"));
+  const std::string part = io::read_text(working_folder() / "loads.1.csv");
+  io::write_atomically(working_folder() / "damaged.csv", part + "7,1,2\n");
+  EXPECT_THAT(kinetostat("join damaged.csv loads.2.csv").err,
+              HasSubstr("damaged.csv: '7' is none of its rows, 0 to 2"));
+}
+
 // The poses that are written, read again as a path, have the values that were promised.
 TEST(MapCommand, WritesThePathWithTheTurnsThatItChose) {
   const std::string robot = "map data/robots/six_axis.yaml --index stiffness=1,0,0 ";
