@@ -25,6 +25,11 @@ MOST_LOSSES = 20
 #: How long the address of a scheduler may be refused before there is none [s]: one that was just started does not listen yet.
 REFUSED = 3.0
 
+#: Of a cluster on this machine: Dask is imported once for all workers, which look at themselves seldom, as they only wait for the
+#: program.
+OWN_CLUSTER = {"distributed.worker.multiprocessing-method": "forkserver", "distributed.worker.profile.interval": "1s",
+               "distributed.worker.profile.cycle": "10s", "distributed.admin.tick.interval": "500ms"}
+
 
 def program() -> str:
     """The program kinetostat: $KINETOSTAT, the one that was built with this package, or that of the path."""
@@ -119,13 +124,15 @@ def run(words: Sequence[str], out: Union[str, "os.PathLike[str]"], *, scheduler:
     `scheduler`: the address of a Dask scheduler, or a distributed.Client; None: a cluster of its own on this machine, of `workers`
     processes (one a processor). `parts`: 8 for each worker unless given. Of draws (--draws), `out` is the table for --drawn.
     Throws CommandFailed with the words of the program, OSError where no scheduler answers."""
+    import dask
     from distributed import Client, LocalCluster
     if isinstance(scheduler, str):
         _wait_for_listener(scheduler)
     with tempfile.TemporaryDirectory(prefix="kinetostat-") as scratch:
         own = None
         if scheduler is None:
-            own = LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=":0")
+            with dask.config.set(OWN_CLUSTER):
+                own = LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=":0")
         client = scheduler if isinstance(scheduler, Client) else Client(own or scheduler, set_as_default=False)
         try:
             count = parts or 8 * max(1, len(client.scheduler_info()["workers"]))
