@@ -65,7 +65,8 @@ TEST(MapCommand, InPartsIsTheMapOfOneRun) {
 // The loads of a path may all be in the other part: what is asked for is asked of the whole path.
 TEST(MapCommand, APartOfAPathMayHaveNoLoad) {
   io::write_atomically(working_folder() / "loads.csv", "x,y,z,fx\n0,0,0,0\n10,0,0,50\n0,10,0,0\n");
-  const std::string command = "map data/robots/orthoglide.yaml --path loads.csv --index deflection ";
+  const std::string command =
+      "map data/robots/orthoglide.yaml --path loads.csv --index deflection ";
   ASSERT_EQ(kinetostat(command + "-o loads_whole.csv").code, 0);
   for (const int i : {1, 2})
     ASSERT_EQ(kinetostat(command + fmt::format("--part {0}/2 -o loads.{0}.csv", i)).code, 0);
