@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cstdint>
 #include <cstring>
+#include <new>
 #include <sstream>
 #include <string_view>
 
@@ -211,7 +212,11 @@ std::string triangle_soup(const std::string& bytes, const std::string& kind) {
   }
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, kind.c_str());
-  if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
+  if (scene == nullptr) {
+    const std::string said = importer.GetErrorString();
+    if (said.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
+    throw std::runtime_error(said);
+  }
   const std::vector<std::string> names = mesh_names(*scene);
   Soup soup;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -276,7 +281,7 @@ common::OutOfMemory too_large(const std::filesystem::path& file) {
 
 // The importer takes some ten times what the file has, unless its counts are damaged.
 bool is_enough_to_read(std::size_t file_size) {
-  const double needed = 32 * static_cast<double>(file_size) + (32 << 20);
+  const double needed = 32 * static_cast<double>(file_size) + (64 << 20);
   return needed < std::min(common::address_space_left(), 8.0 * (1 << 30));
 }
 
