@@ -1,12 +1,17 @@
 #include "kinetostat/common/memory.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <malloc.h>
 #include <string>
 #include <sys/resource.h>
+
+// Of jemalloc, where the process has it: the program does, Python does not.
+extern "C" __attribute__((weak)) int mallctl(const char* name, void* old, std::size_t* old_size,
+                                             void* value, std::size_t size);
 
 namespace kinetostat::common {
 namespace {
@@ -55,14 +60,12 @@ double resident_memory() { return 1024 * number_after("/proc/self/status", "VmRS
 double peak_memory() { return 1024 * number_after("/proc/self/status", "VmHWM", 0); }
 
 void give_back_free_memory() {
+  if (mallctl != nullptr) {
+    mallctl("arena.4096.purge", nullptr, nullptr, nullptr, 0);  // of all arenas
+    return;
+  }
 #ifdef __GLIBC__
   malloc_trim(0);
-#endif
-}
-
-void give_back_large_blocks() {
-#ifdef M_MMAP_THRESHOLD
-  mallopt(M_MMAP_THRESHOLD, 128 << 10);
 #endif
 }
 

@@ -19,8 +19,4 @@ double peak_memory();
 /// Gives back to the system what is free inside the heap, where the allocator can do so.
 void give_back_free_memory();
 
-/// From now on large blocks go back to the system when they are freed, whatever sizes there have
-/// been before: what handles long tables of readings needs up to a tenth less memory.
-void give_back_large_blocks();
-
 }  // namespace kinetostat::common

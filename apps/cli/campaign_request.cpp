@@ -4,7 +4,6 @@
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/common/error.h"
-#include "kinetostat/common/memory.h"
 #include "kinetostat/report/screen/wording.h"
 
 namespace kinetostat::apps {
@@ -31,7 +30,6 @@ vjm::Robot CampaignRequest::read_robot() const {
 
 calibration::Campaign CampaignRequest::read_campaign(const vjm::Robot& robot,
                                                      const Run& run) const {
-  common::give_back_large_blocks();  // tables of readings come in all sizes
   calibration::Campaign campaign = calibration::read_campaign(files.back(), robot.manipulator);
   for (const std::string& sentence : campaign.warnings) run.warn(sentence);
   return campaign;

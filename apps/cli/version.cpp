@@ -59,6 +59,7 @@ std::vector<Part> linked_parts() {
        "Zlib"},
       {"zlib", zlibVersion(), "Zlib"},
       {"cpp-httplib", KINETOSTAT_HTTPLIB_VERSION, "MIT"},
+      {"jemalloc", KINETOSTAT_JEMALLOC_VERSION, "BSD-2-Clause"},
       {"libmd", "", "BSD-3-Clause and others"},
   };
 }

@@ -2,7 +2,6 @@
 #include "kinetostat/fea/link/identify.h"
 
 #include <cstdint>
-#include <malloc.h>
 
 #include <fmt/format.h>
 
@@ -38,14 +37,6 @@ fea::SolverMethod method_of(const std::string& word) {
   return fea::SolverMethod::automatic;
 }
 
-// All threads share one heap, so that what one frees another uses: the forecast of memory counts on
-// it. The solvers allocate little inside parallel loops.
-void share_one_heap() {
-#ifdef M_ARENA_MAX
-  mallopt(M_ARENA_MAX, 1);
-#endif
-}
-
 fea::IdentifyOptions settings_of(const IdentifyRequest& options, int threads,
                                  const io::Cache& cache) {
   fea::IdentifyOptions settings;
@@ -65,7 +56,6 @@ fea::IdentifyOptions settings_of(const IdentifyRequest& options, int threads,
 
 fea::LinkResult identified(Run& run, const IdentifyRequest& options, const fea::LinkSpec& spec,
                            const io::Cache& cache) {
-  share_one_heap();
   try {
     const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());
     return fea::identify(spec, geometry, settings_of(options, run.threads(), cache),
