@@ -13,10 +13,11 @@
 
 // What jemalloc reads before main(). All threads share one heap, so that what one frees another
 // uses: the forecast of memory for finite elements counts on it, and they allocate little inside
-// parallel loops. What is free for a tenth of a second goes back to the system, its addresses too,
-// which may be limited.
+// parallel loops. What is free for 30 ms goes back to the system, its addresses too, which may be
+// limited.
 extern "C" {
-const char* malloc_conf = "narenas:1,dirty_decay_ms:100,muzzy_decay_ms:0,retain:false";
+const char* malloc_conf =
+    "narenas:1,dirty_decay_ms:30,muzzy_decay_ms:0,tcache_max:8192,retain:false";
 }
 
 namespace kinetostat::apps {
