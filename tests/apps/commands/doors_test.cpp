@@ -175,7 +175,9 @@ TEST(LittleMemory, EndsWithAnExitCodeOfItsOwn) {
     const std::string said = text_of("little");
     // Before the program itself, the system's loader (127) or OpenBLAS (130) found no memory.
     EXPECT_THAT(code, testing::AnyOf(0, 6, 127, 130)) << megabytes << said;
-    if (code == 130) EXPECT_THAT(said, HasSubstr("OpenBLAS"));
+    if (code == 130) {
+      EXPECT_THAT(said, HasSubstr("OpenBLAS"));
+    }
     if (code == 6) {
       EXPECT_THAT(said, HasSubstr("memory")) << megabytes;
       ++ran_out;
