@@ -109,18 +109,21 @@ std::string JoinedTable::plain_text() const {
 
 JoinedTable join_tables(const std::vector<std::string>& files) {
   JoinedTable all;
-  all.parts.reserve(files.size());  // lines are in them
-  std::size_t rows = 0;
-  for (const std::string& file : files) {
-    all.parts.push_back(read_part(file));
-    PartLines lines{all.parts.back()};
+  all.parts.resize(files.size());
+  std::transform(files.begin(), files.end(), all.parts.begin(), read_part);
+  PartLines first{all.parts.front()};
+  all.title = first.next();
+  all.header = first.next();
+  const std::size_t rows = rows_in(all.title);
+  if (rows > size_of(all.parts))
+    throw common::InputError(files.front(),
+                             fmt::format("there are far fewer rows than its {}", rows),
+                             "Name all parts: those of --part 1/n to n/n");
+  all.lines.resize(rows);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::string& file = files[i];
+    PartLines lines{all.parts[i]};
     const std::string_view title = lines.next(), header = lines.next();
-    if (all.title.empty()) {
-      all.title = title;
-      all.header = header;
-      rows = rows_in(title);
-      all.lines.resize(rows);
-    }
     if (title != all.title || header != all.header)
       throw common::InputError(file, "this is a part of another table",
                                fmt::format("Join only what {} belongs to", files.front()));

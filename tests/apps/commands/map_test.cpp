@@ -77,6 +77,10 @@ TEST(MapCommand, APartOfAPathMayHaveNoLoad) {
   io::write_atomically(working_folder() / "damaged.csv", part + "7,1,2\n");
   EXPECT_THAT(kinetostat("join damaged.csv loads.2.csv").err,
               HasSubstr("damaged.csv: '7' is none of its rows, 0 to 2"));
+  io::write_atomically(working_folder() / "endless.csv",
+                       "# map 0 of 9999999999999999999 poses\npose,x\n0,1\n");
+  EXPECT_THAT(kinetostat("join endless.csv").err,
+              HasSubstr("there are far fewer rows than its 9999999999999999999"));
 }
 
 // The poses that are written, read again as a path, have the values that were promised.
