@@ -2,6 +2,8 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 #include <unistd.h>
 
 namespace kinetostat::apps {
@@ -9,14 +11,32 @@ namespace {
 
 // A signal handler can reach nothing but globals; every thread asks.
 std::atomic<int> received = 0;
+std::atomic<std::int64_t> received_at = 0;  // [ns]
 static_assert(std::atomic<int>::is_always_lock_free);
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);
+
+constexpr std::int64_t same_press = 300'000'000;  // [ns]
 
 constexpr unsigned grace = 10;  // [s]
 
 void end_at_once(int) { _exit(128 + received); }
 
-// Whoever types Ctrl-C can type it again; who sends SIGTERM has gone.
+std::int64_t now() {
+  timespec time = {};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return std::int64_t{1'000'000'000} * time.tv_sec + time.tv_nsec;
+}
+
+// Whoever types Ctrl-C can type it again, to end the process at once; who sends SIGTERM has gone.
+// Those who start processes (timeout, shells) send a process and its group the same signal.
 void remember(int signal) {
+  if (received != 0) {
+    if (now() - received_at < same_press) return;
+    std::signal(signal, SIG_DFL);
+    raise(signal);
+    return;
+  }
+  received_at = now();
   received = signal;
   if (signal == SIGTERM) alarm(grace);
 }
@@ -31,9 +51,8 @@ void handle(int signal, void (*handler)(int), int flags) {
 }  // namespace
 
 void catch_signals() {
-  constexpr int once = static_cast<int>(SA_RESETHAND | SA_RESTART);
-  handle(SIGINT, remember, once);
-  handle(SIGTERM, remember, once);
+  handle(SIGINT, remember, SA_RESTART);
+  handle(SIGTERM, remember, SA_RESTART);
   handle(SIGALRM, end_at_once, 0);
   handle(SIGXFSZ, SIG_IGN, 0);  // writing fails and says so, instead
 }

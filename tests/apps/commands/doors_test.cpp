@@ -201,6 +201,20 @@ TEST(LittleMemory, IsBadInputToNoCommand) {
 }
 #endif
 
+// `timeout` sends the process a signal, and its group another.
+TEST(Interruption, OfTwoSignalsAtOnceIsOneAndKeepsWhatIsDone) {
+  for (const char* file : {"a", "b", "c"}) {
+    EXPECT_EQ(shell(fmt::format(
+                  "timeout -s INT 1 $K map data/robots/translational_3puu.yaml --threads 1 -o {} "
+                  "--grid x=-60:60:100,y=-60:60:100,z=0:40:100 --wrench 0,0,-200 "
+                  "--index weakest-translation >/dev/null 2>&1",
+                  file)),
+              124);
+    EXPECT_THAT(io::read_text(working_folder() / (std::string(file) + ".part")),
+                HasSubstr("checkpoint"));
+  }
+}
+
 TEST(LittleMemory, AModelThatNeedsMoreThanItMayHaveIsNoBadInput) {
   put("allowed.yaml", little_link());
   const Outcome outcome = kinetostat("identify allowed.yaml --no-cache --memory 1MB");
