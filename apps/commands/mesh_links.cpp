@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
-#include <set>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "kinetostat/fea/link/identify.h"
 #include "kinetostat/fea/mesh/surface_import.h"
 #include "kinetostat/fea/surface/surface_bodies.h"
+#include "kinetostat/fea/surface/surface_repair.h"
 #include "kinetostat/io/cache.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
@@ -25,6 +27,7 @@ namespace fs = std::filesystem;
 using fea::JointAxis;
 using fea::JointInterface;
 using fea::SurfaceMesh;
+using spatial::Matrix3;
 using spatial::Vector3;
 
 std::string millimetres(const Vector3& v) {
@@ -45,6 +48,9 @@ std::string selector_text(const fea::Selector& selector) {
   if (const auto* plane = std::get_if<fea::PlaneSelector>(&selector))
     return fmt::format("plane: {{point: {}, normal: {}}}", millimetres(plane->point),
                        direction(plane->normal));
+  if (const auto* box = std::get_if<fea::BoxSelector>(&selector))
+    return fmt::format("box: {{min: {}, max: {}}}", millimetres(box->box.min()),
+                       millimetres(box->box.max()));
   const auto& ray = std::get<fea::NearestFaceSelector>(selector);
   return fmt::format("nearest_face: {{point: {}, direction: {}}}", millimetres(ray.point),
                      direction(ray.direction));
@@ -57,32 +63,100 @@ std::string file_name(const std::string& body) {
   return name;
 }
 
-// The mesh in metres in the frame of the body.
+constexpr double stored_unit = 1e-3;  // [m] of the meshes beside the robot file
+
+// The mesh in metres in the frame of the body, as the file will hold it.
 SurfaceMesh placed(const fs::path& file, const vjm::DescribedMesh& mesh) {
   SurfaceMesh surface = fea::read_surface(file, "m").mesh;
-  for (Vector3& point : surface.points) point = mesh.pose * mesh.scale.cwiseProduct(point);
+  for (Vector3& point : surface.points) {
+    point = mesh.pose * mesh.scale.cwiseProduct(point) / stored_unit;
+    point = stored_unit * point.cast<float>().cast<double>();
+  }
   if (mesh.scale.prod() < 0)
     for (fea::Triangle& triangle : surface.triangles) std::swap(triangle[0], triangle[1]);
   return surface;
 }
 
-// Leaves the largest of several bodies; how many there were.
-std::size_t keep_largest(SurfaceMesh& surface) {
-  const fea::SurfaceReport report =
-      fea::check_surface(surface, fea::weld_tolerance(surface.points));
-  const std::vector<fea::Body> bodies = fea::find_bodies(surface, report.shells);
-  const auto largest =
-      std::max_element(bodies.begin(), bodies.end(), [](const fea::Body& a, const fea::Body& b) {
-        return std::abs(a.volume) < std::abs(b.volume);
-      });
-  if (bodies.size() > 1) fea::keep_body(surface, *largest);
-  fea::drop_unused_points(surface);
-  return bodies.size();
-}
-
 // Why a body keeps being rigid.
 struct Refusal {
   std::string reason;
+};
+
+// A surface that bounds one solid, and what was done to it for that.
+struct Solid {
+  SurfaceMesh surface;
+  std::string words;
+};
+
+// Meshes for pictures are shells that stick in each other, open where nobody looks.
+class SolidMaker {
+ public:
+  explicit SolidMaker(common::Progress& progress) : progress_(progress) {}
+
+  Solid run(const SurfaceMesh& mesh) {
+    using enum fea::RepairStep;
+    if (std::optional<Solid> solid = largest_of(mesh, "")) return *solid;
+    for (const bool wrapped : {false, true}) {
+      std::vector<fea::RepairStep> steps{weld, orient, fill, unite};
+      if (wrapped) steps.push_back(wrap);
+      SurfaceMesh surface = mesh;
+      const std::string words = repaired(surface, steps);
+      if (std::optional<Solid> solid = largest_of(surface, words)) return *solid;
+    }
+    return largest_shell(mesh);
+  }
+
+ private:
+  // The largest body of a sound surface.
+  static std::optional<Solid> largest_of(SurfaceMesh surface, std::string words) {
+    const fea::SurfaceReport report =
+        fea::check_surface(surface, fea::weld_tolerance(surface.points));
+    if (!report.sound()) return std::nullopt;
+    add(words, keep_largest(surface, report));
+    return Solid{std::move(surface), std::move(words)};
+  }
+
+  // Where not even a new surface around all bounds a solid.
+  Solid largest_shell(SurfaceMesh surface) {
+    using enum fea::RepairStep;
+    std::string words =
+        keep_largest(surface, fea::check_surface(surface, fea::weld_tolerance(surface.points)));
+    add(words, repaired(surface, {weld, orient, fill, unite, wrap}));
+    if (std::optional<Solid> solid = largest_of(std::move(surface), words)) return *solid;
+    throw Refusal{"bounds no solid, not even repaired"};
+  }
+
+  static std::string keep_largest(SurfaceMesh& surface, const fea::SurfaceReport& report) {
+    const std::vector<fea::Body> bodies = fea::find_bodies(surface, report.shells);
+    if (bodies.size() < 2) return {};
+    const auto volume = [](const fea::Body& body) { return std::abs(body.volume); };
+    const auto largest = std::max_element(
+        bodies.begin(), bodies.end(),
+        [&](const fea::Body& a, const fea::Body& b) { return volume(a) < volume(b); });
+    double all = 0;
+    for (const fea::Body& body : bodies) all += volume(body);
+    const double share = all > 0 ? volume(*largest) / all : 0;
+    fea::keep_body(surface, *largest);
+    fea::drop_unused_points(surface);
+    return fmt::format("the largest of {} bodies in the mesh, {:.2g} % of their volume",
+                       bodies.size(), 100 * share);
+  }
+
+  std::string repaired(SurfaceMesh& surface, const std::vector<fea::RepairStep>& steps) {
+    const fea::RepairReport report = fea::repair(
+        surface, {.steps = steps, .limit = 0.02, .stored_unit = stored_unit}, progress_);
+    fea::drop_unused_points(surface);
+    std::string done;
+    for (const fea::RepairAction& action : report.actions)
+      if (action.done) done += (done.empty() ? "" : ", ") + fea::name(action.step);
+    return done.empty() ? done : fmt::format("its mesh repaired ({})", done);
+  }
+
+  static void add(std::string& words, const std::string& more) {
+    if (!more.empty()) words += (words.empty() ? "" : "; ") + more;
+  }
+
+  common::Progress& progress_;
 };
 
 class BodyStudy {
@@ -100,33 +174,36 @@ class BodyStudy {
   void run(MeshLinks& links) {
     if (body_.meshes.empty()) throw Refusal{"the description names no mesh"};
     std::string reasons;
-    for (const vjm::DescribedMesh& mesh : body_.meshes) try {
-        identify(mesh);
-        links.links[body_.name] = entry();
-        links.words.push_back(words_);
-        return;
-      } catch (const Refusal& refusal) {
-        reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ",
-                               fs::path(mesh.file).filename().string(), refusal.reason);
-      }
+    // Any mesh that has faces for its joints before one that has none.
+    for (const bool faces : {true, false}) {
+      reasons.clear();
+      for (const vjm::DescribedMesh& mesh : body_.meshes) try {
+          identify(mesh, faces);
+          links.links[body_.name] = entry();
+          links.words.push_back(words_);
+          return;
+        } catch (const Refusal& refusal) {
+          reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ",
+                                 fs::path(mesh.file).filename().string(), refusal.reason);
+        }
+    }
     throw Refusal{reasons};
   }
 
  private:
-  void identify(const vjm::DescribedMesh& mesh) {
+  void identify(const vjm::DescribedMesh& mesh, bool faces) {
     const fs::path file = mesh_file(mesh.file, robot_.file, request_.packages);
     if (file.empty())
       throw Refusal{fmt::format("its package is not known, name it with --package NAME=FOLDER")};
     if (!fs::exists(file)) throw Refusal{fmt::format("there is no file {}", file.string())};
     try {
-      SurfaceMesh surface = placed(file, mesh);
-      const std::size_t bodies = keep_largest(surface);
-      const auto [held, loaded] = interfaces(surface);
+      const Solid& solid = solid_of(file, mesh);
+      const auto [held, loaded] = interfaces(solid.surface, faces);
       fs::create_directories(folder_);
-      io::write_atomically(folder_ / (stem_ + ".stl"), fea::stl_bytes(surface, 1e-3));
+      io::write_atomically(folder_ / (stem_ + ".stl"), fea::stl_bytes(solid.surface, stored_unit));
       const fea::LinkResult result = solved(mesh.file, held, loaded);
       io::write_json(folder_ / (stem_ + ".link.json"), report::to_json(result));
-      describe(result, held, loaded, bodies);
+      describe(result, held, loaded, solid.words);
     } catch (const common::InputError& error) {
       throw Refusal{error.details().what};
     } catch (const common::NoConvergence& error) {
@@ -134,64 +211,76 @@ class BodyStudy {
     }
   }
 
-  std::pair<JointInterface, JointInterface> interfaces(const SurfaceMesh& surface) const {
-    const std::vector<JointInterface> before =
-        fea::joint_interfaces(surface, JointAxis{Vector3::Zero(), body_.start_axis});
-    if (before.empty()) throw Refusal{"no face about the axis of the joint that carries it"};
-    const std::vector<JointInterface> behind = ends(surface);
+  const Solid& solid_of(const fs::path& file, const vjm::DescribedMesh& mesh) {
+    if (!solids_.contains(&mesh)) try {
+        solids_.emplace(&mesh, SolidMaker(run_.progress()).run(placed(file, mesh)));
+      } catch (const Refusal& refusal) {
+        solids_.emplace(&mesh, refusal);
+      }
+    const std::variant<Solid, Refusal>& solid = solids_.at(&mesh);
+    if (const auto* refusal = std::get_if<Refusal>(&solid)) throw Refusal{*refusal};
+    return std::get<Solid>(solid);
+  }
+
+  // Faces about the axes alone, or else what lies around the frames of the joints.
+  std::pair<JointInterface, JointInterface> interfaces(const SurfaceMesh& surface,
+                                                       bool faces) const {
+    const JointAxis start{Vector3::Zero(), body_.start_axis};
+    std::vector<JointInterface> before = fea::joint_interfaces(surface, start);
+    std::vector<JointInterface> behind = ends(surface);
+    if (!faces) {
+      append(before, fea::surroundings(surface, start));
+      append(behind, fea::surroundings(surface, end_axes().front()));
+    }
+    if (before.empty())
+      throw Refusal{"no face about the axis of the joint that carries it, and nothing near it"};
     if (behind.empty())
-      throw Refusal{body_.end_axis ? "no face about the axis of the joint that it carries"
-                                   : "no face at the tip"};
+      throw Refusal{body_.end_axis
+                        ? "no face about the axis of the joint that it carries, and nothing near it"
+                        : "no face at the tip, and nothing near it"};
     const auto both = fea::apart(surface, before, behind);
     if (!both) throw Refusal{"its joints share the only faces about their axes"};
     return *both;
   }
 
-  // About the axis of the next joint; at the tip about any axis of its frame.
-  std::vector<JointInterface> ends(const SurfaceMesh& surface) const {
+  // That of the next joint; at the tip any axis of its frame.
+  std::vector<JointAxis> end_axes() const {
     const Vector3& point = body_.end.position();
-    if (body_.end_axis) return fea::joint_interfaces(surface, {point, *body_.end_axis});
+    if (body_.end_axis) return {{point, *body_.end_axis}};
+    const Matrix3& tip = body_.end.rotation();
+    return {{point, tip.col(2)}, {point, tip.col(0)}, {point, tip.col(1)}};
+  }
+
+  std::vector<JointInterface> ends(const SurfaceMesh& surface) const {
     std::vector<JointInterface> all;
-    for (const int axis : {2, 0, 1}) {
-      const std::vector<JointInterface> some =
-          fea::joint_interfaces(surface, {point, body_.end.rotation().col(axis)});
-      all.insert(all.end(), some.begin(), some.end());
-    }
+    for (const JointAxis& axis : end_axes()) append(all, fea::joint_interfaces(surface, axis));
     std::stable_sort(all.begin(), all.end(), [](const JointInterface& a, const JointInterface& b) {
       return a.rank < b.rank;
     });
     return all;
   }
 
+  static void append(std::vector<JointInterface>& all, const std::vector<JointInterface>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  }
+
   std::string link_file(const std::string& mesh, const JointInterface& held,
-                        const JointInterface& loaded, bool repaired) const {
+                        const JointInterface& loaded) const {
     return fmt::format(
         "# Made by 'kinetostat import' of {}, in the frame behind the joint that carries it.\n"
-        "kinetostat: 1\nlink: {}\nmesh: {{file: {}.stl, unit: mm{}}}\nmaterial: {}\n"
+        "kinetostat: 1\nlink: {}\nmesh: {{file: {}.stl, unit: mm}}\nmaterial: {}\n"
         "fixed: {{{}}}   # {}\nloaded: {{{}, point: {}}}   # {}\nelements: {{accuracy: {}}}\n",
-        common::printable(mesh), io::yaml_scalar(body_.name), stem_,
-        repaired ? ", repair: [weld, orient, fill]" : "", request_.material,
+        common::printable(mesh), io::yaml_scalar(body_.name), stem_, request_.material,
         selector_text(held.selector), held.words, selector_text(loaded.selector),
         millimetres(body_.end.position()), loaded.words, request_.accuracy);
   }
 
-  // As it is, else repaired.
   fea::LinkResult solved(const std::string& mesh, const JointInterface& held,
                          const JointInterface& loaded) const {
     const fs::path file = folder_ / (stem_ + ".yaml");
-    for (const bool repaired : {false, true}) {
-      io::write_atomically(file, link_file(mesh, held, loaded, repaired));
-      const fea::LinkSpec spec = fea::read_link(file);
-      try {
-        return solve(spec, fea::read_geometry(spec, run_.progress()));
-      } catch (const fea::SurfaceError&) {
-        if (repaired) throw;
-      }
-    }
-    throw std::logic_error("a link is solved or refused");
-  }
-
-  fea::LinkResult solve(const fea::LinkSpec& spec, const fea::LinkGeometry& geometry) const {
+    io::write_atomically(file, link_file(mesh, held, loaded));
+    const fea::LinkSpec spec = fea::read_link(file);
+    const fea::LinkGeometry geometry = fea::read_geometry(spec, run_.progress());
     const io::Cache cache = request_.no_cache ? io::Cache() : io::Cache::of_user();
     fea::IdentifyOptions options;
     options.meshing.cache = &cache;
@@ -201,19 +290,27 @@ class BodyStudy {
     return fea::identify(spec, geometry, options, run_.progress());
   }
 
-  // To a hundredth.
-  static double off_in_mm(const JointInterface& face) {
-    return std::round(1e5 * std::abs(face.off)) / 100;
+  // "bore of radius 20 mm, 3.5 mm from its joint's frame"; to a hundredth.
+  static std::string place(const JointInterface& face, std::string_view frame) {
+    const double off = std::round(1e5 * std::abs(face.off)) / 100;
+    if (std::holds_alternative<fea::BoxSelector>(face.selector))
+      return fmt::format("{} within {} mm of {}, as no face lies about that axis", face.words, off,
+                         frame);
+    return fmt::format("{}, {} mm from {}", face.words, off, frame);
   }
 
   void describe(const fea::LinkResult& result, const JointInterface& held,
-                const JointInterface& loaded, std::size_t bodies) {
-    words_ = fmt::format(
-        "{}: held at the {}, {} mm from its joint's frame, loaded at the {}, {} mm from {}",
-        body_.name, held.words, off_in_mm(held), loaded.words, off_in_mm(loaded),
-        body_.end_axis ? "that of the next" : "the tip");
-    if (bodies > 1) words_ += fmt::format("; the largest of {} bodies in the mesh", bodies);
-    if (!result.accuracy.shortfall.empty()) words_ += "; " + result.accuracy.shortfall;
+                const JointInterface& loaded, const std::string& mesh) {
+    words_ = fmt::format("{}: held at the {}, loaded at the {}", body_.name,
+                         place(held, "its joint's frame"),
+                         place(loaded, body_.end_axis ? "that of the next" : "the tip"));
+    if (!mesh.empty()) words_ += "; " + mesh;
+    if (!result.accuracy.shortfall.empty())
+      words_ +=
+          fmt::format("; error bars of {:.2g} %, {}", 100 * result.accuracy.bars.relative_error,
+                      result.accuracy.meshes.size() > 1
+                          ? "more than was asked"
+                          : "which no second mesh confirms, for it would be too large");
     if (result.mass && body_.mass > 0 && *result.mass > 1.5 * body_.mass)
       words_ += fmt::format(
           "; solid it would weigh {:.3g} kg, not {:.3g} kg: the link is hollow and softer than "
@@ -240,6 +337,7 @@ class BodyStudy {
   Run& run_;
   fs::path folder_;
   std::string stem_, words_;
+  std::map<const vjm::DescribedMesh*, std::variant<Solid, Refusal>> solids_;
 };
 
 }  // namespace

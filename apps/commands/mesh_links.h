@@ -36,7 +36,7 @@ struct MeshLinks {
 /// For every body of the robot: its mesh in the frame behind the joint before it (STL), a link file
 /// that holds it about the axis of that joint and loads it about that of the next, or near the tip,
 /// and what identify makes of that, in the folder STEM_links beside the robot file. A body whose
-/// meshes cannot be found, bound no solid or have no face about an axis gets the reason instead.
+/// meshes cannot be found, bound no solid or have nothing near a joint gets the reason instead.
 MeshLinks identify_bodies(const vjm::RobotDescription& robot,
                           const std::vector<vjm::ImportedBody>& bodies,
                           const MeshLinkRequest& request, Run& run);

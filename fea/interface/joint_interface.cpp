@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 
@@ -16,19 +17,35 @@ namespace {
 using common::at;
 
 constexpr double farthest = 1.0 / 3;  // of the diagonal, from the point of the joint
+constexpr double flatness = 1e-4;     // of the diagonal, as selectors have it
 constexpr double aligned = 0.9998;    // cosine of 1 degree
 constexpr double beside_axis = 0.02;  // of the radius, between the axes
 constexpr double around_axis = 0.5;   // of the radius of a disc of its area, centroid to axis
 constexpr double flat_penalty = 0.05, boss_penalty = 0.15;  // beside distances over the diagonal
 constexpr double size_weight = 0.05;                        // of a decade of area
+constexpr double least_share = 0.05;                        // of the area, of a box
+
+// Where along the axis the joint is looked for: at its point, or where the mesh is nearest to that.
+double place_along(const SurfaceMesh& surface, const JointAxis& axis) {
+  double low = std::numeric_limits<double>::max(), high = -low;
+  for (const Vector3& point : surface.points) {
+    const double along = axis.direction.dot(point - axis.point);
+    low = std::min(low, along);
+    high = std::max(high, along);
+  }
+  return low > high ? 0 : std::clamp(0.0, low, high);
+}
 
 class Finder {
  public:
   Finder(const SurfaceMesh& surface, const JointAxis& axis)
-      : surface_(surface), axis_(axis), size_(bounding_box(surface.points).diagonal().norm()) {}
+      : surface_(surface),
+        axis_(axis),
+        size_(bounding_box(surface.points).diagonal().norm()),
+        place_(place_along(surface, axis)) {}
 
   std::vector<JointInterface> run() {
-    const std::vector<FlatFace> flat = flat_faces(surface_, 1e-5 * size_);
+    const std::vector<FlatFace> flat = flat_faces(surface_, flatness * size_);
     for (const RoundFace& face : round_faces(surface_, flat)) add_round(face);
     for (const FlatFace& face : flat) add_flat(face);
     std::stable_sort(
@@ -54,9 +71,9 @@ class Finder {
                         .off = off,
                         .words = words};
     face.area = area_of(face.facets);
-    if (std::abs(off) > farthest * size_ || !(face.area > 0)) return;
-    face.rank =
-        std::abs(off) / size_ + penalty - size_weight * std::log10(face.area / (size_ * size_));
+    const double away = std::abs(off - place_);
+    if (away > farthest * size_ || !(face.area > 0)) return;
+    face.rank = away / size_ + penalty - size_weight * std::log10(face.area / (size_ * size_));
     found_.push_back(std::move(face));
   }
 
@@ -99,9 +116,35 @@ class Finder {
 
   const SurfaceMesh& surface_;
   const JointAxis& axis_;
-  double size_;
+  double size_, place_;
   std::vector<JointInterface> found_;
 };
+
+// The half edge of the cube about the point that holds a facet, and the facet's area.
+struct Reach {
+  double half = 0, area = 0;
+};
+
+std::vector<Reach> reaches(const SurfaceMesh& surface, const Vector3& point) {
+  std::vector<Reach> all;
+  all.reserve(surface.triangles.size());
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    double half = 0;
+    for (const int corner : surface.triangles[f])
+      half = std::max(half, (surface.points[at(corner)] - point).cwiseAbs().maxCoeff());
+    all.push_back({half, surface.area_vector(f).norm()});
+  }
+  std::sort(all.begin(), all.end(), [](const Reach& a, const Reach& b) { return a.half < b.half; });
+  return all;
+}
+
+// Of the smallest cube that holds so much area.
+double half_edge(const std::vector<Reach>& facets, double area) {
+  double held = 0;
+  for (const Reach& facet : facets)
+    if ((held += facet.area) >= area) return facet.half;
+  return facets.empty() ? 0 : facets.back().half;
+}
 
 std::set<int> points_of(const SurfaceMesh& surface, const JointInterface& face) {
   std::set<int> points;
@@ -121,6 +164,32 @@ namespace kinetostat::fea {
 
 std::vector<JointInterface> joint_interfaces(const SurfaceMesh& surface, const JointAxis& axis) {
   return joint_interface::Finder(surface, axis).run();
+}
+
+std::vector<JointInterface> surroundings(const SurfaceMesh& surface, const JointAxis& axis) {
+  using namespace joint_interface;
+  const Vector3 point = axis.point + place_along(surface, axis) * axis.direction;
+  const std::vector<Reach> facets = reaches(surface, point);
+  const double size = bounding_box(surface.points).diagonal().norm();
+  double nearest = size, whole = 0;
+  for (const Vector3& corner : surface.points) nearest = std::min(nearest, (corner - point).norm());
+  for (const Reach& facet : facets) whole += facet.area;
+  const double ring = std::max(4 * std::numbers::pi * nearest * nearest, least_share * whole);
+  std::vector<JointInterface> found;
+  for (const double part : {1.0, 0.5, 0.25}) {
+    const double half = half_edge(facets, part * ring) + 1e-4 * size;
+    if (half > farthest * size) continue;
+    const Vector3 corner = Vector3::Constant(half);
+    JointInterface box{.selector = BoxSelector{Box(point - corner, point + corner)},
+                       .facets = {},
+                       .off = half,
+                       .words = "surface",
+                       .rank = 2 - part};
+    box.facets = select_facets(surface, box.selector);
+    for (const int f : box.facets) box.area += surface.area_vector(at(f)).norm();
+    if (box.area > 0) found.push_back(std::move(box));
+  }
+  return found;
 }
 
 std::optional<std::pair<JointInterface, JointInterface>> apart(

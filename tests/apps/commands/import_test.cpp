@@ -86,21 +86,28 @@ TEST(ImportCommand, TakesTheStiffnessOfSomeDrivesByNameAndOfOthersByEffort) {
   EXPECT_EQ(kinetostat(import + "--joint-stiffness-by-effort 0").code, 2);
 }
 
-// A bar from 0 to `length` along x, in the unit of the file.
-std::string bar_stl(double length, double y, double z) {
+// A bar along x, in the unit of the file; without its end face it is open there.
+std::string bar_stl(double from, double to, double y, double z, bool end_face = true) {
+  constexpr int pieces = 12;
   std::string text = "solid bar\n";
-  const auto corner = [&](int i) {
-    return fmt::format("vertex {} {} {}\n", i & 1 ? length : 0.0, i & 2 ? y / 2 : -y / 2,
-                       i & 4 ? z / 2 : -z / 2);
+  const auto corner = [&](int piece, int i) {
+    const int at = piece + (i & 1);
+    return fmt::format("vertex {} {} {}\n", from + (to - from) * at / pieces,
+                       i & 2 ? y / 2 : -y / 2, i & 4 ? z / 2 : -z / 2);
   };
-  const int sides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-  for (const auto& s : sides)
+  const auto add = [&](int piece, const std::array<int, 4>& s) {
     for (const auto& t : {std::array{s[0], s[1], s[2]}, std::array{s[0], s[2], s[3]}}) {
       text += "facet normal 0 0 0\nouter loop\n";
-      for (const int i : t) text += corner(i);
+      for (const int i : t) text += corner(piece, i);
       text += "endloop\nendfacet\n";
     }
+  };
+  for (int piece = 0; piece < pieces; ++piece)
+    for (const std::array<int, 4>& side :
+         {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}})
+      add(piece, side);
+  add(0, {0, 4, 6, 2});
+  if (end_face) add(pieces - 1, {1, 3, 7, 5});
   return text + "endsolid bar\n";
 }
 
@@ -108,8 +115,8 @@ std::string bar_stl(double length, double y, double z) {
 // axis; a third link whose mesh is nowhere.
 void write_robot_of_bars(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder / "parts" / "meshes");
-  io::write_atomically(folder / "parts" / "meshes" / "upper.stl", bar_stl(0.3, 0.04, 0.06));
-  io::write_atomically(folder / "parts" / "meshes" / "fore.stl", bar_stl(300, 40, 60));
+  io::write_atomically(folder / "parts" / "meshes" / "upper.stl", bar_stl(0, 0.3, 0.04, 0.06));
+  io::write_atomically(folder / "parts" / "meshes" / "fore.stl", bar_stl(0, 300, 40, 60));
   io::write_atomically(
       folder / "bars.urdf",
       "<robot name='bars'><link name='base'/><link name='upper'><inertial><origin xyz='.15 0 0'/>"
@@ -128,11 +135,12 @@ void write_robot_of_bars(const std::filesystem::path& folder) {
 
 // Where the tool goes along an axis per newton: the difference of two loads, for the weight is in
 // the file.
-double yields(const std::string& axis, std::size_t number) {
+double yields(const std::string& axis, std::size_t number, const std::string& robot = "bars") {
   const auto moved = [&](const std::string& sign) {
     std::string wrench = "0,0,0";
     wrench.replace(2 * number, 1, sign + "100");
-    EXPECT_EQ(kinetostat("deflect bars.yaml --wrench=" + wrench + " --json bars.json").code, 0)
+    EXPECT_EQ(
+        kinetostat("deflect " + robot + ".yaml --wrench=" + wrench + " --json bars.json").code, 0)
         << axis;
     const io::Json found = io::read_json(working_folder() / "bars.json");
     return found.at("equilibrium").at("displacement").at("translation").at(number).get<double>();
@@ -162,6 +170,43 @@ TEST(ImportCommand, IdentifiesLinksFromTheirMeshes) {
   EXPECT_NEAR(y, cantilever(0.06 * std::pow(0.04, 3) / 12), 0.03 * y);
   EXPECT_NEAR(z, cantilever(0.04 * std::pow(0.06, 3) / 12), 0.03 * z);
   EXPECT_EQ(kinetostat("modes bars.yaml").code, 0);  // masses and inertia are kept
+}
+
+// Meshes for pictures: a shell that sticks in another one, open where it does, is the same bar.
+TEST(ImportCommand, MakesOneSolidOfShellsThatStickInEachOther) {
+#ifndef KINETOSTAT_HAS_CGAL
+  GTEST_SKIP() << "built without CGAL";
+#endif
+  write_robot_of_bars(working_folder());
+  const std::string import =
+      "import bars.urdf --package bar_parts=parts --identify --material aluminium --accuracy '2 %' "
+      "--joint-stiffness 5e4 -o ";
+  ASSERT_EQ(kinetostat(import + "whole.yaml").code, 0);
+  io::write_atomically(working_folder() / "parts/meshes/upper.stl",
+                       bar_stl(0, 0.19, 0.04, 0.06, false) + bar_stl(0.15, 0.3, 0.04, 0.06));
+  const Outcome outcome = kinetostat(import + "shells.yaml");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, ContainsRegex("upper: held at the flat face of 24 cm.2[^:]*repaired"));
+  for (const auto& [axis, number] : {std::pair("y", 1u), std::pair("z", 2u)}) {
+    const double whole = yields(axis, number, "whole");
+    EXPECT_NEAR(yields(axis, number, "shells"), whole, 0.02 * whole) << axis;
+  }
+}
+
+// No face lies about an axis beside the bar's own: what is near the joint holds it, and that is
+// said.
+TEST(ImportCommand, HoldsALinkNearItsJointWhereNoFaceLiesAboutTheAxis) {
+  write_robot_of_bars(working_folder());
+  std::string text = io::read_text(working_folder() / "bars.urdf");
+  const std::string axis = "<axis xyz='1 0 0'/>";
+  text.replace(text.find(axis), axis.size(), "<axis xyz='1 1 0.5'/>");
+  io::write_atomically(working_folder() / "bars.urdf", text);
+  const Outcome outcome = kinetostat(
+      "import bars.urdf --package bar_parts=parts --identify --material aluminium "
+      "--joint-stiffness 5e4 -o near.yaml");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("as no face lies about that axis"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("links.upper")));
 }
 
 TEST(ImportCommand, RefusesToIdentifyWithoutMaterialOrPlace) {

@@ -52,6 +52,34 @@ TEST(JointInterface, IsTheBoreOfALugAndTheEndsOfATube) {
   EXPECT_NEAR(both->second.off, 0, 1e-9);
 }
 
+// Where a joint's frame is along its axis means nothing: beside the mesh it is as at its end.
+TEST(JointInterface, IsFoundFromAFrameBesideTheMesh) {
+  const auto found = joint_interfaces(box, {{-2, 0, 0}, Vector3::UnitX()});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(mean_x(box, found[0]), 0, 1e-12);
+  EXPECT_NEAR(found[0].off, 2, 1e-12);
+}
+
+TEST(JointInterface, SurroundingsAreWhatLiesInACubeAboutTheJoint) {
+  const SurfaceMesh link =
+      read_surface(std::string(KINETOSTAT_SOURCE_DIR) + "/meshes/ternary_link.stl", "mm").mesh;
+  const Vector3 place(0.12, 0, 0);
+  const auto found = surroundings(link, {place, Vector3(1, 1, 1).normalized()});
+  ASSERT_FALSE(found.empty());
+  double area = std::numeric_limits<double>::max();
+  for (const JointInterface& face : found) {
+    EXPECT_EQ(face.facets, select_facets(link, face.selector));
+    EXPECT_GE(face.rank, 1);  // after any face
+    EXPECT_LE(face.area, area);
+    area = face.area;
+    for (const int f : face.facets)
+      for (const int corner : link.triangles[static_cast<std::size_t>(f)])
+        EXPECT_LE((link.points[static_cast<std::size_t>(corner)] - place).cwiseAbs().maxCoeff(),
+                  face.off * 1.01);  // and what the selector allows
+  }
+  EXPECT_TRUE(surroundings(link, {Vector3(0, 0, 1), Vector3::UnitX()}).empty());
+}
+
 // What it picks are just the facets of the bores that the link file of this mesh names by hand.
 TEST(JointInterface, PicksTheBoresOfAShippedLink) {
   const SurfaceMesh mesh =
