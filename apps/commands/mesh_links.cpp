@@ -95,7 +95,7 @@ class SolidMaker {
 
   Solid run(const SurfaceMesh& mesh) {
     using enum fea::RepairStep;
-    if (std::optional<Solid> solid = largest_of(mesh, "")) return *solid;
+    if (check(mesh).sound() && check(mesh).bodies() == 1) return {mesh, ""};
     for (const bool wrapped : {false, true}) {
       std::vector<fea::RepairStep> steps{weld, orient, fill, unite};
       if (wrapped) steps.push_back(wrap);
@@ -107,10 +107,13 @@ class SolidMaker {
   }
 
  private:
+  static fea::SurfaceReport check(const SurfaceMesh& surface) {
+    return fea::check_surface(surface, fea::weld_tolerance(surface.points));
+  }
+
   // The largest body of a sound surface.
   static std::optional<Solid> largest_of(SurfaceMesh surface, std::string words) {
-    const fea::SurfaceReport report =
-        fea::check_surface(surface, fea::weld_tolerance(surface.points));
+    const fea::SurfaceReport report = check(surface);
     if (!report.sound()) return std::nullopt;
     add(words, keep_largest(surface, report));
     return Solid{std::move(surface), std::move(words)};
@@ -119,8 +122,7 @@ class SolidMaker {
   // Where not even a new surface around all bounds a solid.
   Solid largest_shell(SurfaceMesh surface) {
     using enum fea::RepairStep;
-    std::string words =
-        keep_largest(surface, fea::check_surface(surface, fea::weld_tolerance(surface.points)));
+    std::string words = keep_largest(surface, check(surface));
     add(words, repaired(surface, {weld, orient, fill, unite, wrap}));
     if (std::optional<Solid> solid = largest_of(std::move(surface), words)) return *solid;
     throw Refusal{"bounds no solid, not even repaired"};
@@ -174,34 +176,66 @@ class BodyStudy {
   void run(MeshLinks& links) {
     if (body_.meshes.empty()) throw Refusal{"the description names no mesh"};
     std::string reasons;
-    // Any mesh that has faces for its joints before one that has none.
+    // Meshes that have faces for the joints before those that have none.
     for (const bool faces : {true, false}) {
       reasons.clear();
-      for (const vjm::DescribedMesh& mesh : body_.meshes) try {
-          identify(mesh, faces);
+      for (const Meshes& meshes : both_kinds()) try {
+          identify(meshes, faces);
           links.links[body_.name] = entry();
           links.words.push_back(words_);
           return;
         } catch (const Refusal& refusal) {
-          reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ",
-                                 fs::path(mesh.file).filename().string(), refusal.reason);
+          reasons +=
+              fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", names(meshes), refusal.reason);
         }
     }
     throw Refusal{reasons};
   }
 
  private:
-  void identify(const vjm::DescribedMesh& mesh, bool faces) {
-    const fs::path file = mesh_file(mesh.file, robot_.file, request_.packages);
-    if (file.empty())
-      throw Refusal{fmt::format("its package is not known, name it with --package NAME=FOLDER")};
-    if (!fs::exists(file)) throw Refusal{fmt::format("there is no file {}", file.string())};
+  // The parts of a body together, to look at or for collisions.
+  using Meshes = std::vector<vjm::DescribedMesh>;
+
+  // Those to look at first.
+  std::vector<Meshes> both_kinds() const {
+    Meshes seen, collision;
+    for (const vjm::DescribedMesh& mesh : body_.meshes)
+      (mesh.is_collision ? collision : seen).push_back(mesh);
+    std::vector<Meshes> kinds;
+    if (!seen.empty()) kinds.push_back(std::move(seen));
+    if (!collision.empty()) kinds.push_back(std::move(collision));
+    return kinds;
+  }
+
+  // "arm.dae and 2 more"
+  static std::string names(const Meshes& meshes) {
+    const std::string first = fs::path(meshes.front().file).filename().string();
+    return meshes.size() == 1 ? first : fmt::format("{} and {} more", first, meshes.size() - 1);
+  }
+
+  SurfaceMesh surface_of(const Meshes& meshes) const {
+    SurfaceMesh all;
+    for (const vjm::DescribedMesh& mesh : meshes) {
+      const fs::path file = mesh_file(mesh.file, robot_.file, request_.packages);
+      if (file.empty())
+        throw Refusal{"its package is not known, name it with --package NAME=FOLDER"};
+      if (!fs::exists(file)) throw Refusal{fmt::format("there is no file {}", file.string())};
+      const SurfaceMesh part = placed(file, mesh);
+      const auto before = static_cast<int>(all.points.size());
+      all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+      for (const auto& [a, b, c] : part.triangles)
+        all.triangles.push_back({a + before, b + before, c + before});
+    }
+    return all;
+  }
+
+  void identify(const Meshes& meshes, bool faces) {
     try {
-      const Solid& solid = solid_of(file, mesh);
+      const Solid& solid = solid_of(meshes);
       const auto [held, loaded] = interfaces(solid.surface, faces);
       fs::create_directories(folder_);
       io::write_atomically(folder_ / (stem_ + ".stl"), fea::stl_bytes(solid.surface, stored_unit));
-      const fea::LinkResult result = solved(mesh.file, held, loaded);
+      const fea::LinkResult result = solved(names(meshes), held, loaded);
       io::write_json(folder_ / (stem_ + ".link.json"), report::to_json(result));
       describe(result, held, loaded, solid.words);
     } catch (const common::InputError& error) {
@@ -211,13 +245,14 @@ class BodyStudy {
     }
   }
 
-  const Solid& solid_of(const fs::path& file, const vjm::DescribedMesh& mesh) {
-    if (!solids_.contains(&mesh)) try {
-        solids_.emplace(&mesh, SolidMaker(run_.progress()).run(placed(file, mesh)));
+  const Solid& solid_of(const Meshes& meshes) {
+    const bool kind = meshes.front().is_collision;
+    if (!solids_.contains(kind)) try {
+        solids_.emplace(kind, SolidMaker(run_.progress()).run(surface_of(meshes)));
       } catch (const Refusal& refusal) {
-        solids_.emplace(&mesh, refusal);
+        solids_.emplace(kind, refusal);
       }
-    const std::variant<Solid, Refusal>& solid = solids_.at(&mesh);
+    const std::variant<Solid, Refusal>& solid = solids_.at(kind);
     if (const auto* refusal = std::get_if<Refusal>(&solid)) throw Refusal{*refusal};
     return std::get<Solid>(solid);
   }
@@ -337,7 +372,7 @@ class BodyStudy {
   Run& run_;
   fs::path folder_;
   std::string stem_, words_;
-  std::map<const vjm::DescribedMesh*, std::variant<Solid, Refusal>> solids_;
+  std::map<bool, std::variant<Solid, Refusal>> solids_;  // to look at, for collisions
 };
 
 }  // namespace

@@ -17,6 +17,9 @@
 namespace kinetostat::vjm::mjcf_import {
 namespace {
 
+constexpr double last_shown_group =
+    2;  // of geoms; the viewer hides others, as collision meshes are
+
 using spatial::Matrix3;
 using spatial::Pose;
 using spatial::Vector3;
@@ -291,6 +294,7 @@ class Reader {
     if (found == meshes_.end()) return;
     DescribedMesh mesh = found->second;
     mesh.pose = place.pose * pose_of(e, place.active);
+    mesh.is_collision = number(e, "group", place.active, 0) > last_shown_group;
     link(place.link).meshes.push_back(std::move(mesh));
   }
 

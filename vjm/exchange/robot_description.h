@@ -23,13 +23,14 @@ struct DescribedMesh {
   std::string file;                                   // as written
   spatial::Pose pose = {};                            // of the mesh in the link
   spatial::Vector3 scale = spatial::Vector3::Ones();  // of its coordinates, to metres
+  bool is_collision = false;                          // else to look at
 };
 
 struct DescribedLink {
   std::string name;
   int line = 0;
   std::optional<DescribedInertia> inertia = {};
-  std::vector<DescribedMesh> meshes = {};  // visual first, as written
+  std::vector<DescribedMesh> meshes = {};  // as written
   bool is_mark = false;                    // a frame that carries nothing, as a site of MJCF
 };
 

@@ -124,8 +124,11 @@ class Reader {
         const Element* mesh = geometry == nullptr ? nullptr : XmlFile::child(*geometry, "mesh");
         if (mesh == nullptr) continue;
         const Element* scale = XmlFile::child(*mesh, "scale");
-        link.meshes.push_back({inside(*mesh, "uri"), raw_pose(*e),
-                               scale == nullptr ? Vector3::Ones() : xml_.vector(*scale, nullptr)});
+        link.meshes.push_back(
+            {.file = inside(*mesh, "uri"),
+             .pose = raw_pose(*e),
+             .scale = scale == nullptr ? Vector3::Ones() : xml_.vector(*scale, nullptr),
+             .is_collision = std::string_view(kind) == "collision"});
       }
     description_.links.push_back(std::move(link));
   }

@@ -76,11 +76,10 @@ class Reader {
         const Element* geometry = XmlFile::child(*e, "geometry");
         const Element* mesh = geometry == nullptr ? nullptr : XmlFile::child(*geometry, "mesh");
         if (mesh == nullptr) continue;
-        const std::string file = xml_.text(*mesh, "filename");
-        if (std::none_of(link.meshes.begin(), link.meshes.end(),
-                         [&file](const DescribedMesh& m) { return m.file == file; }))
-          link.meshes.push_back(
-              {file, read_origin(*e), xml_.vector_or(mesh, "scale", Vector3::Ones())});
+        link.meshes.push_back({.file = xml_.text(*mesh, "filename"),
+                               .pose = read_origin(*e),
+                               .scale = xml_.vector_or(mesh, "scale", Vector3::Ones()),
+                               .is_collision = std::string_view(kind) == "collision"});
       }
     return link;
   }

@@ -172,7 +172,8 @@ TEST(ImportCommand, IdentifiesLinksFromTheirMeshes) {
   EXPECT_EQ(kinetostat("modes bars.yaml").code, 0);  // masses and inertia are kept
 }
 
-// Meshes for pictures: a shell that sticks in another one, open where it does, is the same bar.
+// Meshes for pictures: a shell that sticks in another one, open where it does, of another file, is
+// the same bar.
 TEST(ImportCommand, MakesOneSolidOfShellsThatStickInEachOther) {
 #ifndef KINETOSTAT_HAS_CGAL
   GTEST_SKIP() << "built without CGAL";
@@ -182,8 +183,14 @@ TEST(ImportCommand, MakesOneSolidOfShellsThatStickInEachOther) {
       "import bars.urdf --package bar_parts=parts --identify --material aluminium --accuracy '2 %' "
       "--joint-stiffness 5e4 -o ";
   ASSERT_EQ(kinetostat(import + "whole.yaml").code, 0);
-  io::write_atomically(working_folder() / "parts/meshes/upper.stl",
-                       bar_stl(0, 0.19, 0.04, 0.06, false) + bar_stl(0.15, 0.3, 0.04, 0.06));
+  const std::filesystem::path meshes = working_folder() / "parts/meshes";
+  io::write_atomically(meshes / "upper.stl", bar_stl(0, 0.19, 0.04, 0.06, false));
+  io::write_atomically(meshes / "end.stl", bar_stl(-0.15, 0, 0.04, 0.06));
+  std::string text = io::read_text(working_folder() / "bars.urdf");
+  text.insert(text.find("<visual>"),
+              "<visual><origin xyz='.3 0 0'/><geometry><mesh filename='package://bar_parts/meshes/"
+              "end.stl'/></geometry></visual>");
+  io::write_atomically(working_folder() / "bars.urdf", text);
   const Outcome outcome = kinetostat(import + "shells.yaml");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, ContainsRegex("upper: held at the flat face of 24 cm.2[^:]*repaired"));
