@@ -47,11 +47,12 @@ Json to_json(const Campaign& campaign, const KinematicStage& stage) {
 
 Json to_json(const GeometricParameter& what) {
   static constexpr std::array names = {"x", "y", "z", "rx", "ry", "rz"};
+  const bool is_ratio = what.group == calibration::GeometryGroup::drive;
   return {{"group", calibration::to_string(what.group)},
           {"at", what.at},
-          {"component", names[static_cast<std::size_t>(what.component)]},
+          {"component", is_ratio ? "ratio" : names[static_cast<std::size_t>(what.component)]},
           {"what", what.phrase()},
-          {"unit", what.turns() ? "rad" : "m"}};
+          {"unit", what.unit()}};
 }
 
 Json to_json(const CalibratedGeometry& g) {

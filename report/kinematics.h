@@ -8,18 +8,19 @@
 
 namespace kinetostat::report {
 
-/// Units in which errors of a geometry are read: the campaign's, mm for m, mrad for rad.
+/// Units in which errors of a geometry are read: the campaign's, mm for m, mrad for rad, ppm of a
+/// ratio.
 struct SmallUnits {
   std::string length, angle;
 
   explicit SmallUnits(const spatial::UnitSystem& units);
-  const std::string& of(const calibration::GeometricParameter& what) const {
-    return what.turns() ? angle : length;
+  std::string of(const calibration::GeometricParameter& what) const {
+    return what.unit().empty() ? "ppm" : what.turns() ? angle : length;
   }
   double length_in(double metres) const;
   double angle_in(double radians) const;
   double in(const calibration::GeometricParameter& what, double si) const {
-    return what.turns() ? angle_in(si) : length_in(si);
+    return what.unit().empty() ? 1e6 * si : what.turns() ? angle_in(si) : length_in(si);
   }
 };
 

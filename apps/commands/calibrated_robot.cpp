@@ -37,8 +37,7 @@ std::vector<std::string> reasons_for(const calibration::Campaign& campaign,
 // In the units of the robot file.
 calibration::AdoptedValue value_of(const vjm::Robot& robot, const std::string& name,
                                    const CalibratedGeometry& g) {
-  return calibration::in_units_of(robot.units,
-                                  {name, g.what.turns() ? "rad" : "m", g.value, g.deviation});
+  return calibration::in_units_of(robot.units, {name, g.what.unit(), g.value, g.deviation});
 }
 
 // A new effect for each place, from base to end; those that the file has get other values.

@@ -11,8 +11,8 @@ namespace kinetostat::calibration {
 
 /// What an error of the geometry is in the hands of those who correct it, in the order in which the
 /// first of several that cannot be distinguished is kept.
-enum class GeometryGroup { base, tool, joint_offset, link };
-/// "base", "tool", "joint offset", "link".
+enum class GeometryGroup { base, tool, joint_offset, link, drive };
+/// "base", "tool", "joint offset", "link", "drive".
 std::string to_string(GeometryGroup group);
 
 /// One component of the constant displacement E behind a place of a chain (effect
@@ -26,29 +26,40 @@ std::string to_string(GeometryGroup group);
 /// successive joints describes every error of the constant geometry between them (completeness:
 /// Everett, Driels and Mooring, IEEE Int. Conf. Robotics and Automation 1987); they are more than
 /// there are independent ones.
+///
+/// Of a drive that slides, the ratio by which it leads its joint too far (effect
+/// `transmission_ratio`): the lead of a screw, the pitch of a scale. Gears have none, their teeth
+/// are counted.
 struct GeometricParameter {
   GeometryGroup group = GeometryGroup::link;
   std::string at;              // place of the effect: "arm.q1", "arm.base", "arm.end"
   std::string place;           // as people call it: "q1", or "x.q1" where there are several chains
   std::size_t effect = 0;      // in GeometricModel::effects
-  Eigen::Index component = 0;  // of the displacement
-  /// Standard tolerance [m or rad]: what a parameter that readings know no better is not worth.
+  Eigen::Index component = 0;  // of the displacement; 0 of a drive
+  /// Standard tolerance [m, rad or 1]: what a parameter that readings know no better is not worth.
   double tolerance = 0;
 
-  bool turns() const { return component >= 3; }
+  bool turns() const { return group != GeometryGroup::drive && component >= 3; }
+  /// "m", "rad"; empty for a ratio.
+  std::string unit() const;
   char axis() const { return "xyz"[component % 3]; }
-  /// "the offset of q1", "the shift behind q2 along x", "the turn of the base about z".
+  /// "the offset of q1", "the shift behind q2 along x", "the turn of the base about z", "the scale
+  /// of q3".
   std::string phrase() const;
 };
 
 /// Standard tolerances of lengths [m] and angles [rad].
 struct Tolerance {
   double length = 0, angle = 0;
+
+  /// Of a ratio: the length over a metre.
+  double ratio() const { return length; }
 };
 
 /// A robot with an error of unknown size at each place that can have one.
 struct GeometricModel {
-  /// The robot's own, then a `geometric_error` with all components 0 at each place without one.
+  /// The robot's own, then a `geometric_error` with all components 0 at each place without one and
+  /// a `transmission_ratio` of 0 at each sliding drive without one.
   std::vector<vjm::Effect> effects;
   /// In the order of the groups, in each from base to end: where one of several that cannot be
   /// distinguished is kept, it is the first.

@@ -75,7 +75,7 @@ void require_within_range(const ParameterEstimate& estimate, const GeometricPara
       "{} would have to be more than {:.3g} {}: that is no error of a geometry. Correct the robot "
       "file first (tool, home positions, units and signs of joints), or where the target is "
       "('target_point' in the campaign file).",
-      what.phrase(), estimate.value, what.turns() ? "rad" : "m"));
+      what.phrase(), estimate.value, what.unit()));
 }
 
 class Calibration {
@@ -377,6 +377,7 @@ void Calibration::make_stages() {
   add_if("base and tool", is_of({GeometryGroup::base, GeometryGroup::tool}));
   add_if("joint offsets", is_of({GeometryGroup::joint_offset}));
   add_if("links", is_of({GeometryGroup::link}));
+  add_if("drives", is_of({GeometryGroup::drive}));
   if (too_few_poses_ && stages_.size() == 1) fail_to_judge();
   result_.taken = is_judged() ? 0 : stages_.size() - 1;
   if (!is_judged()) return;

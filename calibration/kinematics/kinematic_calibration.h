@@ -27,13 +27,14 @@ struct KinematicOptions {
 
 /// A model that was fitted, and how far it is off.
 struct KinematicStage {
-  std::string name;  // "nominal", "uncertain values", "base and tool", "joint offsets", "links"
+  std::string name;  // "nominal", "uncertain values", "base and tool", "joint offsets", "links",
+                     // "drives"
   Eigen::Index fitted = 0;            // parameters, without frames and zero offsets
   PoseError at_fitted;                // on the readings that it was fitted to
   std::optional<PoseError> held_out;  // on poses that were left out in turn, if any
 };
 
-/// A geometric parameter with its value [m or rad].
+/// A geometric parameter with its value [m, rad or 1].
 struct CalibratedGeometry {
   GeometricParameter what;
   double before = 0;  // in the robot file
@@ -98,10 +99,10 @@ struct KinematicCalibration {
 ///    postures of a serial robot (at those of the campaign otherwise), then those that these
 ///    readings do not determine to their tolerance (identifiable.h), what the fit leaves counted as
 ///    noise where it is larger;
-/// 3. what the file declares uncertain, with base and tool, with joint offsets, with link geometry
-///    are fitted (fit_base), each also without every part of the poses in turn, which it then
-///    predicts; the last stage is taken whose error there is lower than that of the one taken
-///    before, beyond two standard errors of their difference pose by pose.
+/// 3. what the file declares uncertain, with base and tool, with joint offsets, with link geometry,
+///    with the ratios of drives are fitted (fit_base), each also without every part of the poses in
+///    turn, which it then predicts; the last stage is taken whose error there is lower than that of
+///    the one taken before, beyond two standard errors of their difference pose by pose.
 ///
 /// Readings of other roles than fit are not fitted. Throws what Predictor and fit_base throw, and
 /// common::NotIdentifiable where readings determine no geometric parameter: with what would.

@@ -125,7 +125,8 @@ std::vector<std::string> left_out(const KinematicCalibration& c, LeftOut why) {
 // --- how many there are
 // ---------------------------------------------------------------------------
 
-// 4 for each joint that turns, 2 for each that slides, and 6: Everett, Driels and Mooring 1987.
+// 4 for each joint that turns, 2 for each that slides, and 6: Everett, Driels and Mooring 1987. And
+// the scale of each that slides.
 TEST(GeometricParameters, AreAsManyAsACompleteModelHas) {
   const auto count = [](const std::string& robot, const std::vector<std::string>& joints) {
     PoseLaboratory lab(robot);
@@ -141,7 +142,7 @@ TEST(GeometricParameters, AreAsManyAsACompleteModelHas) {
   std::string metres = scara;  // a slide of 1.5 m would not be
   EXPECT_EQ(count(metres.replace(metres.find("length: mm"), 10, "length: m"),
                   {"q1", "q2", "arm.z", "q4"}),
-            4 * 3 + 2 + 6);
+            4 * 3 + (2 + 1) + 6);
 }
 
 TEST(GeometricParameters, ClassicalRedundanciesAreNamed) {
@@ -272,6 +273,28 @@ TEST(KinematicCalibration, PredictsPosesThatItHasNotSeenToTheNoise) {
     if (g.what.phrase() != "the offset of q4") continue;
     EXPECT_NEAR(g.value, 2e-3, 4 * g.deviation);
   }
+}
+
+TEST(KinematicCalibration, FindsTheLeadOfAScrew) {
+  PoseLaboratory lab(scara);
+  vjm::Effect lead;
+  lead.kind = vjm::effect_kind("transmission_ratio", lab.robot().kinds());
+  lead.at = "arm.z";
+  lead.sites = {{0, "z"}};
+  lead.values = VectorXd::Constant(1, 8e-4);
+  lab.options().hidden = {lead};
+  std::vector<VectorXd> postures = random_postures(4, 60, 21, 1.5);
+  for (VectorXd& q : postures) q[2] = 60 * q[2] - 100;  // [mm]
+  const KinematicCalibration c =
+      calibrated(lab.robot(), lab.measure(plan({"q1", "q2", "arm.z", "q4"}, postures)));
+  EXPECT_EQ(c.stages[c.taken].name, "drives");
+  const auto scale = std::find_if(c.geometry.begin(), c.geometry.end(), [](const auto& g) {
+    return g.what.group == GeometryGroup::drive;
+  });
+  ASSERT_NE(scale, c.geometry.end());
+  EXPECT_EQ(scale->what.phrase(), "the scale of z");
+  EXPECT_NEAR(scale->value, 8e-4, 3 * scale->deviation);
+  EXPECT_LT(scale->deviation, 8e-5);
 }
 
 TEST(KinematicCalibration, LeavesASoundRobotAlone) {
