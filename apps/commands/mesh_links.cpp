@@ -5,15 +5,16 @@
 #include <map>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/common/printable.h"
 #include "kinetostat/fea/interface/joint_interface.h"
 #include "kinetostat/fea/link/identify.h"
 #include "kinetostat/fea/mesh/surface_import.h"
-#include "kinetostat/fea/surface/surface_bodies.h"
-#include "kinetostat/fea/surface/surface_repair.h"
+#include "kinetostat/fea/surface/one_solid.h"
 #include "kinetostat/io/cache.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
@@ -82,84 +83,17 @@ struct Refusal {
   std::string reason;
 };
 
-// A surface that bounds one solid, and what was done to it for that.
-struct Solid {
-  SurfaceMesh surface;
-  std::string words;
-};
-
-// Meshes for pictures are shells that stick in each other, open where nobody looks.
-class SolidMaker {
- public:
-  explicit SolidMaker(common::Progress& progress) : progress_(progress) {}
-
-  Solid run(const SurfaceMesh& mesh) {
-    using enum fea::RepairStep;
-    if (check(mesh).sound() && check(mesh).bodies() == 1) return {mesh, ""};
-    for (const bool wrapped : {false, true}) {
-      std::vector<fea::RepairStep> steps{weld, orient, fill, unite};
-      if (wrapped) steps.push_back(wrap);
-      SurfaceMesh surface = mesh;
-      const std::string words = repaired(surface, steps);
-      if (std::optional<Solid> solid = largest_of(surface, words)) return *solid;
-    }
-    return largest_shell(mesh);
-  }
-
- private:
-  static fea::SurfaceReport check(const SurfaceMesh& surface) {
-    return fea::check_surface(surface, fea::weld_tolerance(surface.points));
-  }
-
-  // The largest body of a sound surface.
-  static std::optional<Solid> largest_of(SurfaceMesh surface, std::string words) {
-    const fea::SurfaceReport report = check(surface);
-    if (!report.sound()) return std::nullopt;
-    add(words, keep_largest(surface, report));
-    return Solid{std::move(surface), std::move(words)};
-  }
-
-  // Where not even a new surface around all bounds a solid.
-  Solid largest_shell(SurfaceMesh surface) {
-    using enum fea::RepairStep;
-    std::string words = keep_largest(surface, check(surface));
-    add(words, repaired(surface, {weld, orient, fill, unite, wrap}));
-    if (std::optional<Solid> solid = largest_of(std::move(surface), words)) return *solid;
-    throw Refusal{"bounds no solid, not even repaired"};
-  }
-
-  static std::string keep_largest(SurfaceMesh& surface, const fea::SurfaceReport& report) {
-    const std::vector<fea::Body> bodies = fea::find_bodies(surface, report.shells);
-    if (bodies.size() < 2) return {};
-    const auto volume = [](const fea::Body& body) { return std::abs(body.volume); };
-    const auto largest = std::max_element(
-        bodies.begin(), bodies.end(),
-        [&](const fea::Body& a, const fea::Body& b) { return volume(a) < volume(b); });
-    double all = 0;
-    for (const fea::Body& body : bodies) all += volume(body);
-    const double share = all > 0 ? volume(*largest) / all : 0;
-    fea::keep_body(surface, *largest);
-    fea::drop_unused_points(surface);
-    return fmt::format("the largest of {} bodies in the mesh, {:.2g} % of their volume",
-                       bodies.size(), 100 * share);
-  }
-
-  std::string repaired(SurfaceMesh& surface, const std::vector<fea::RepairStep>& steps) {
-    const fea::RepairReport report = fea::repair(
-        surface, {.steps = steps, .limit = 0.02, .stored_unit = stored_unit}, progress_);
-    fea::drop_unused_points(surface);
-    std::string done;
-    for (const fea::RepairAction& action : report.actions)
-      if (action.done) done += (done.empty() ? "" : ", ") + fea::name(action.step);
-    return done.empty() ? done : fmt::format("its mesh repaired ({})", done);
-  }
-
-  static void add(std::string& words, const std::string& more) {
-    if (!more.empty()) words += (words.empty() ? "" : "; ") + more;
-  }
-
-  common::Progress& progress_;
-};
+// "its mesh repaired (fill, unite); the largest of 3 bodies in it, 95 % of their volume"
+std::string words_of(const fea::OneSolid& solid) {
+  std::vector<std::string> parts, steps;
+  for (const fea::RepairStep step : solid.repairs) steps.push_back(fea::name(step));
+  if (!steps.empty())
+    parts.push_back(fmt::format("its mesh repaired ({})", fmt::join(steps, ", ")));
+  if (solid.bodies > 1)
+    parts.push_back(fmt::format("the largest of {} bodies in the mesh, {:.2g} % of their volume",
+                                solid.bodies, 100 * solid.share));
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
 
 class BodyStudy {
  public:
@@ -231,13 +165,13 @@ class BodyStudy {
 
   void identify(const Meshes& meshes, bool faces) {
     try {
-      const Solid& solid = solid_of(meshes);
+      const fea::OneSolid& solid = solid_of(meshes);
       const auto [held, loaded] = interfaces(solid.surface, faces);
       fs::create_directories(folder_);
       io::write_atomically(folder_ / (stem_ + ".stl"), fea::stl_bytes(solid.surface, stored_unit));
       const fea::LinkResult result = solved(names(meshes), held, loaded);
       io::write_json(folder_ / (stem_ + ".link.json"), report::to_json(result));
-      describe(result, held, loaded, solid.words);
+      describe(result, held, loaded, words_of(solid));
     } catch (const common::InputError& error) {
       throw Refusal{error.details().what};
     } catch (const common::NoConvergence& error) {
@@ -245,16 +179,15 @@ class BodyStudy {
     }
   }
 
-  const Solid& solid_of(const Meshes& meshes) {
+  const fea::OneSolid& solid_of(const Meshes& meshes) {
     const bool kind = meshes.front().is_collision;
-    if (!solids_.contains(kind)) try {
-        solids_.emplace(kind, SolidMaker(run_.progress()).run(surface_of(meshes)));
-      } catch (const Refusal& refusal) {
-        solids_.emplace(kind, refusal);
-      }
-    const std::variant<Solid, Refusal>& solid = solids_.at(kind);
-    if (const auto* refusal = std::get_if<Refusal>(&solid)) throw Refusal{*refusal};
-    return std::get<Solid>(solid);
+    if (!solids_.contains(kind))
+      solids_.emplace(
+          kind, fea::one_solid(surface_of(meshes), {.limit = 0.02, .stored_unit = stored_unit},
+                               run_.progress()));
+    const std::optional<fea::OneSolid>& solid = solids_.at(kind);
+    if (!solid) throw Refusal{"bounds no solid, not even repaired"};
+    return *solid;
   }
 
   // Faces about the axes alone, or else what lies around the frames of the joints.
@@ -372,7 +305,7 @@ class BodyStudy {
   Run& run_;
   fs::path folder_;
   std::string stem_, words_;
-  std::map<bool, std::variant<Solid, Refusal>> solids_;  // to look at, for collisions
+  std::map<bool, std::optional<fea::OneSolid>> solids_;  // to look at, for collisions
 };
 
 }  // namespace
