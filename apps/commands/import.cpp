@@ -225,7 +225,7 @@ void add_import(Program& program) {
   app.add_option("--base", request->base, "Link that does not move (default: the root)")
       .type_name("LINK");
   app.add_option("--tip", request->tip,
-                 "Link that carries the tool (default: the only one without children)")
+                 "Link that carries the tool (default: the only one without children, or tool0)")
       .type_name("LINK");
   app.add_option(
          stiffness_option, request->stiffness,

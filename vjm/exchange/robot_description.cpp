@@ -60,6 +60,13 @@ std::vector<std::string> ends_of(const RobotDescription& robot) {
   return ends;
 }
 
+// The only link that carries no other, or what industrial robots in ROS call the frame of the tool.
+std::string usual_tip(const RobotDescription& robot) {
+  const std::vector<std::string> ends = ends_of(robot);
+  if (std::find(ends.begin(), ends.end(), "tool0") != ends.end()) return "tool0";
+  return only_one(robot, ends, "last link", "--tip");
+}
+
 }  // namespace
 
 bool turns(const DescribedJoint& joint) { return joint.type != JointType::prismatic; }
@@ -91,7 +98,7 @@ DescribedChain find_chain(const RobotDescription& robot, const std::string& base
     if (carrier_of(robot, link.name) == nullptr) roots.push_back(link.name);
   DescribedChain chain;
   chain.base = base.empty() ? only_one(robot, roots, "root link", "--base") : base;
-  chain.tip = tip.empty() ? only_one(robot, ends_of(robot), "last link", "--tip") : tip;
+  chain.tip = tip.empty() ? usual_tip(robot) : tip;
   require_link(robot, chain.base);
   require_link(robot, chain.tip);
   std::string link = chain.tip;

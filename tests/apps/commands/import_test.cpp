@@ -236,6 +236,17 @@ TEST(ImportCommand, ReadsOtherFormats) {
   EXPECT_EQ(robot.code, 3);
 }
 
+// The frame of the tool of an industrial robot in ROS, where other frames end as well.
+TEST(ImportCommand, TakesTool0ForTheTip) {
+  std::string text = io::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
+  for (std::size_t at = 0; (at = text.find("\"flange\"", at)) != std::string::npos;)
+    text.replace(at, 8, "\"tool0\"");
+  io::write_atomically(working_folder() / "tool0.urdf", text);
+  const Outcome outcome = kinetostat("import tool0.urdf --joint-stiffness 5e4 -o tool0.yaml");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("to 'tool0'"));
+}
+
 TEST(ImportCommand, MistakesAreNamedWithTheirPlace) {
   const Outcome branches = kinetostat("import data/urdf/six_axis.urdf");
   EXPECT_EQ(branches.code, 3);
