@@ -1,5 +1,6 @@
 #include "kinetostat/apps/cli/process.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <fcntl.h>
@@ -29,9 +30,17 @@ void hold_standard_streams() {
       (void)open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
 }
 
-bool is_limited(decltype(RLIMIT_AS) resource) {
-  rlimit limit{};
-  return getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+// Of address space or data [bytes]; as many as there can be where there is no limit.
+rlim_t memory_limit() {
+  rlim_t least = RLIM_INFINITY;
+  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA})
+    if (rlimit limit{}; getrlimit(resource, &limit) == 0) least = std::min(least, limit.rlim_cur);
+  return least;
+}
+
+// One, unless the user has said otherwise; whether it is new.
+bool limit_threads(const char* variable) {
+  return std::getenv(variable) == nullptr && setenv(variable, "1", 1) == 0;
 }
 
 // The system promises no more memory than it has.
@@ -57,13 +66,15 @@ bool promises_are_kept() {
 }  // namespace
 
 void prepare_process(char** argv) {
-  constexpr const char* threads = "OPENBLAS_NUM_THREADS";
+  // OpenMP ends the program by itself, with code 1, where there is no memory for a thread.
+  constexpr rlim_t room_for_openmp = rlim_t{1} << 30;
   hold_standard_streams();
   std::set_terminate(end_without_memory);
-  const bool limited = is_limited(RLIMIT_AS) || is_limited(RLIMIT_DATA) || promises_are_kept();
-  if (!limited || std::getenv(threads) != nullptr) return;
-  setenv(threads, "1", 1);
-  execv("/proc/self/exe", argv);  // if it fails, this process does what it can
+  const rlim_t limit = memory_limit();
+  const bool is_limited = limit != RLIM_INFINITY || promises_are_kept();
+  const bool blas = is_limited && limit_threads("OPENBLAS_NUM_THREADS");
+  const bool openmp = limit < room_for_openmp && limit_threads("OMP_THREAD_LIMIT");
+  if (blas || openmp) execv("/proc/self/exe", argv);  // if it fails, this process does what it can
 }
 
 }  // namespace kinetostat::apps
