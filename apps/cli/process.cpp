@@ -7,6 +7,7 @@
 #include <fstream>
 #include <new>
 #include <string_view>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -50,13 +51,28 @@ bool promises_are_kept() {
   return policy == 2;
 }
 
+constexpr std::string_view no_memory = "kinetostat: not enough memory\n";
+
+// Libraries take memory before main(), and each fails in a way of its own where there is none: by a
+// segmentation fault or with the exit code of bad input. Before them all, hence by nothing but the
+// system, it is seen whether there is enough for them.
+void require_memory_for_libraries() {
+  constexpr std::size_t for_libraries = std::size_t{16} << 20;
+  void* room = mmap(nullptr, for_libraries, PROT_READ | PROT_WRITE,
+                    MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room != MAP_FAILED && munmap(room, for_libraries) == 0) return;
+  (void)!write(STDERR_FILENO, no_memory.data(), no_memory.size());
+  _exit(out_of_memory);
+}
+__attribute__((section(".preinit_array"),
+               used)) void (*const first)() = require_memory_for_libraries;
+
 // Where memory runs out once more while that is being said, nothing can be built or caught.
 [[noreturn]] void end_without_memory() {
   try {
     if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
   } catch (const std::bad_alloc&) {
-    constexpr std::string_view words = "kinetostat: not enough memory\n";
-    (void)!write(STDERR_FILENO, words.data(), words.size());
+    (void)!write(STDERR_FILENO, no_memory.data(), no_memory.size());
     _exit(out_of_memory);
   } catch (...) {
   }

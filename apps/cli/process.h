@@ -7,7 +7,8 @@ namespace kinetostat::apps {
 /// their number and get their text; writing to standard output fails as it did. Where memory is
 /// limited, starts the program anew with one thread of OpenBLAS: each takes 128 MiB of address
 /// space at the start, and asks for it for ever where there is none; and below 1 GiB with one of
-/// OpenMP. Where memory runs out while that is being said, the program still ends with exit code 6.
+/// OpenMP. Where memory runs out while that is being said, the program still ends with exit code 6;
+/// so it does, before all this, where there is none for the libraries that it is linked to.
 void prepare_process(char** argv);
 
 }  // namespace kinetostat::apps
