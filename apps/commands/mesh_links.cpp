@@ -154,11 +154,7 @@ class BodyStudy {
       if (file.empty())
         throw Refusal{"its package is not known, name it with --package NAME=FOLDER"};
       if (!fs::exists(file)) throw Refusal{fmt::format("there is no file {}", file.string())};
-      const SurfaceMesh part = placed(file, mesh);
-      const auto before = static_cast<int>(all.points.size());
-      all.points.insert(all.points.end(), part.points.begin(), part.points.end());
-      for (const auto& [a, b, c] : part.triangles)
-        all.triangles.push_back({a + before, b + before, c + before});
+      fea::append(all, placed(file, mesh));
     }
     return all;
   }
@@ -260,11 +256,11 @@ class BodyStudy {
 
   // "bore of radius 20 mm, 3.5 mm from its joint's frame"; to a hundredth.
   static std::string place(const JointInterface& face, std::string_view frame) {
-    const double off = std::round(1e5 * std::abs(face.off)) / 100;
-    if (std::holds_alternative<fea::BoxSelector>(face.selector))
-      return fmt::format("{} within {} mm of {}, as no face lies about that axis", face.words, off,
-                         frame);
-    return fmt::format("{}, {} mm from {}", face.words, off, frame);
+    const auto hundredths = [](double metres) { return std::round(1e5 * metres) / 100; };
+    if (const auto* cube = std::get_if<fea::BoxSelector>(&face.selector))
+      return fmt::format("{} within {} mm of {}, as no face lies about that axis", face.words,
+                         hundredths(cube->box.sizes().x() / 2), frame);
+    return fmt::format("{}, {} mm from {}", face.words, hundredths(std::abs(face.off)), frame);
   }
 
   void describe(const fea::LinkResult& result, const JointInterface& held,

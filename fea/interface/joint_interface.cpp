@@ -59,18 +59,13 @@ class Finder {
   double beside(const Vector3& point) const {
     return axis_.direction.cross(point - axis_.point).norm();
   }
-  double area_of(const std::vector<int>& facets) const {
-    double area = 0;
-    for (const int f : facets) area += surface_.area_vector(at(f)).norm();
-    return area;
-  }
 
   void add(const Selector& selector, double off, double penalty, const std::string& words) {
     JointInterface face{.selector = selector,
                         .facets = select_facets(surface_, selector),
                         .off = off,
                         .words = words};
-    face.area = area_of(face.facets);
+    face.area = area_of(surface_, face.facets);
     const double away = std::abs(off - place_);
     if (away > farthest * size_ || !(face.area > 0)) return;
     face.rank = away / size_ + penalty - size_weight * std::log10(face.area / (size_ * size_));
@@ -103,11 +98,11 @@ class Finder {
       return;
     const PlaneSelector plane{face.centroid, face.normal};
     // All of the plane, unless that has other faces, too: then the one that a ray meets.
-    if (std::abs(area_of(select_facets(surface_, plane)) - face.area) < 1e-6 * face.area)
+    if (std::abs(area_of(surface_, select_facets(surface_, plane)) - face.area) < 1e-6 * face.area)
       return add(plane, along(face.centroid), flat_penalty, words_of(face));
     const Vector3 on_face = surface_.centroid(at(face.facets.front()));
-    const NearestFaceSelector ray{on_face + 1e-4 * size_ * face.normal, -face.normal};
-    if (std::abs(area_of(select_facets(surface_, ray)) - face.area) < 1e-6 * face.area)
+    const NearestFaceSelector ray{on_face + flatness * size_ * face.normal, -face.normal};
+    if (std::abs(area_of(surface_, select_facets(surface_, ray)) - face.area) < 1e-6 * face.area)
       add(ray, along(face.centroid), flat_penalty, words_of(face));
   }
   static std::string words_of(const FlatFace& face) {
@@ -168,25 +163,26 @@ std::vector<JointInterface> joint_interfaces(const SurfaceMesh& surface, const J
 
 std::vector<JointInterface> surroundings(const SurfaceMesh& surface, const JointAxis& axis) {
   using namespace joint_interface;
-  const Vector3 point = axis.point + place_along(surface, axis) * axis.direction;
+  const double off = place_along(surface, axis);
+  const Vector3 point = axis.point + off * axis.direction;
   const std::vector<Reach> facets = reaches(surface, point);
   const double size = bounding_box(surface.points).diagonal().norm();
-  double nearest = size, whole = 0;
+  double nearest = size;
   for (const Vector3& corner : surface.points) nearest = std::min(nearest, (corner - point).norm());
-  for (const Reach& facet : facets) whole += facet.area;
-  const double ring = std::max(4 * std::numbers::pi * nearest * nearest, least_share * whole);
+  const double ring =
+      std::max(4 * std::numbers::pi * nearest * nearest, least_share * area_of(surface));
   std::vector<JointInterface> found;
   for (const double part : {1.0, 0.5, 0.25}) {
-    const double half = half_edge(facets, part * ring) + 1e-4 * size;
+    const double half = half_edge(facets, part * ring) + flatness * size;
     if (half > farthest * size) continue;
     const Vector3 corner = Vector3::Constant(half);
     JointInterface box{.selector = BoxSelector{Box(point - corner, point + corner)},
                        .facets = {},
-                       .off = half,
+                       .off = off,
                        .words = "surface",
                        .rank = 2 - part};
     box.facets = select_facets(surface, box.selector);
-    for (const int f : box.facets) box.area += surface.area_vector(at(f)).norm();
+    box.area = area_of(surface, box.facets);
     if (box.area > 0) found.push_back(std::move(box));
   }
   return found;

@@ -34,8 +34,8 @@ struct JointInterface {     // NOLINT(bugprone-exception-escape): strings move w
 std::vector<JointInterface> joint_interfaces(const SurfaceMesh& surface, const JointAxis& axis);
 
 /// What there is without such a face: the surface in a cube about that place of the axis, as much
-/// as a ring about it would have, then less. Less likely than any face, `off` is half an edge. None
-/// where no facet is nearer than a third of the diagonal.
+/// as a ring about it would have, then less. Less likely than any face. None where no facet is
+/// nearer than a third of the diagonal.
 std::vector<JointInterface> surroundings(const SurfaceMesh& surface, const JointAxis& axis);
 
 /// The likeliest two that have no point in common.

@@ -16,13 +16,6 @@ namespace {
 using common::at;
 using common::InputError;
 
-void append(SurfaceMesh& mesh, const SurfaceMesh& other) {
-  const int base = static_cast<int>(mesh.points.size());
-  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
-  for (const Triangle& t : other.triangles)
-    mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
-}
-
 void add(WeldReport& sum, const WeldReport& weld) {
   sum.tolerance = std::max(sum.tolerance, weld.tolerance);
   sum.points_before += weld.points_before;

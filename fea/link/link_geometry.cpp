@@ -76,7 +76,7 @@ double area_of(const Selection& facets, const LinkGeometry& geometry) {
   double area = 0;
   const auto solids = solids_of(geometry);
   for (std::size_t b = 0; b < solids.size(); ++b)
-    for (const int f : facets[b]) area += surface_of(*solids[b]).area_vector(at(f)).norm();
+    area += area_of(surface_of(*solids[b]), facets[b]);
   return area;
 }
 

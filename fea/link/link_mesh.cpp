@@ -125,8 +125,7 @@ LinkMesh read_volume(const LinkSpec& spec) {
   mesh.report.facets = mesh.imported.mesh.triangles.size();
   mesh.report.points = mesh.imported.mesh.points.size();
   mesh.report.box = bounding_box(mesh.imported.mesh.points);
-  for (std::size_t f = 0; f < mesh.report.facets; ++f)
-    mesh.report.area += mesh.imported.mesh.area_vector(f).norm();
+  mesh.report.area = area_of(mesh.imported.mesh);
   mesh.report.volume = mass_properties(imported.mesh).volume;
   mesh.volume = spec.order == 2 && imported.mesh.order == 1 ? with_mid_nodes(imported.mesh)
                                                             : std::move(imported.mesh);

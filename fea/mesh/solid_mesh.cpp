@@ -137,8 +137,8 @@ double one_size(const TetrahedralizeOptions& options) {
 // Good elements are about as small as the walls are thick, in the mean 2 V / A, and as needles are
 // wide, unless these lie in a flat face. The factors are those of TetGen's meshes.
 double good_element_count(const SurfaceMesh& surface) {
-  double area = 0, needles = 0;
-  for (std::size_t f = 0; f < surface.triangles.size(); ++f) area += surface.area_vector(f).norm();
+  const double area = area_of(surface);
+  double needles = 0;
   for (const FlatFace& face : flat_faces(surface, weld_tolerance(surface.points))) {
     constexpr std::size_t two_of_a_strip = 2;
     if (face.facets.size() > two_of_a_strip) continue;

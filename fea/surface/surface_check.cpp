@@ -206,7 +206,7 @@ SurfaceReport check_surface(const SurfaceMesh& mesh, double tolerance) {
   find_intersections(mesh, report);
   find_duplicates(mesh, report);
   find_degenerate(mesh, report);
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) report.area += mesh.area_vector(f).norm();
+  report.area = area_of(mesh);
   for (const Shell& shell : report.shells) report.volume += shell.volume;
   return report;
 }

@@ -97,6 +97,25 @@ std::vector<int> merge_identical(std::vector<Vector3>& points) {
 
 std::string group_of_face(std::size_t number) { return fmt::format("face {}", number); }
 
+void append(SurfaceMesh& mesh, const SurfaceMesh& other) {
+  const int base = static_cast<int>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
+  for (const auto& [a, b, c] : other.triangles)
+    mesh.triangles.push_back({a + base, b + base, c + base});
+}
+
+double area_of(const SurfaceMesh& mesh) {
+  double area = 0;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) area += mesh.area_vector(f).norm();
+  return area;
+}
+
+double area_of(const SurfaceMesh& mesh, const std::vector<int>& facets) {
+  double area = 0;
+  for (const int f : facets) area += mesh.area_vector(at(f)).norm();
+  return area;
+}
+
 std::vector<int> face_of_facets(const SurfaceMesh& surface) {
   std::vector<int> face(surface.triangles.size(), 0);
   std::map<std::string, int> number;

@@ -74,6 +74,13 @@ struct SurfaceMesh {
   }
 };
 
+/// The points and triangles of another behind its own; groups and faces stay as they are.
+void append(SurfaceMesh& mesh, const SurfaceMesh& other);
+
+/// [m^2] of all facets, or of some.
+double area_of(const SurfaceMesh& mesh);
+double area_of(const SurfaceMesh& mesh, const std::vector<int>& facets);
+
 /// The face of the CAD file that each facet belongs to, from 1; 0: none.
 std::vector<int> face_of_facets(const SurfaceMesh& surface);
 

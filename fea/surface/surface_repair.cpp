@@ -92,12 +92,6 @@ void carry_groups(const SurfaceMesh& old, const SurfaceLocator& locator, double 
   std::erase_if(mesh.groups, [](const FacetGroup& group) { return group.facets.empty(); });
 }
 
-double area_of(const SurfaceMesh& mesh) {
-  double area = 0;
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) area += mesh.area_vector(f).norm();
-  return area;
-}
-
 class Repair {
  public:
   Repair(SurfaceMesh& mesh, const RepairOptions& options, common::Progress& progress)

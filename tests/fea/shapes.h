@@ -34,13 +34,6 @@ inline SurfaceMesh box_surface(const Vector3& low, const Vector3& high) {
   return mesh;
 }
 
-inline void append(SurfaceMesh& mesh, const SurfaceMesh& other) {
-  const int base = static_cast<int>(mesh.points.size());
-  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
-  for (const Triangle& t : other.triangles)
-    mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
-}
-
 inline SurfaceMesh inverted(SurfaceMesh mesh) {
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   return mesh;

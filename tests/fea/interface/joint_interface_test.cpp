@@ -72,10 +72,12 @@ TEST(JointInterface, SurroundingsAreWhatLiesInACubeAboutTheJoint) {
     EXPECT_GE(face.rank, 1);  // after any face
     EXPECT_LE(face.area, area);
     area = face.area;
+    EXPECT_NEAR(face.off, 0, 1e-12);
+    const double reach = std::get<BoxSelector>(face.selector).box.sizes().x() / 2;
     for (const int f : face.facets)
       for (const int corner : link.triangles[static_cast<std::size_t>(f)])
         EXPECT_LE((link.points[static_cast<std::size_t>(corner)] - place).cwiseAbs().maxCoeff(),
-                  face.off * 1.01);  // and what the selector allows
+                  reach * 1.01);  // and what the selector allows
   }
   EXPECT_TRUE(surroundings(link, {Vector3(0, 0, 1), Vector3::UnitX()}).empty());
 }

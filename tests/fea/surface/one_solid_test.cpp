@@ -4,19 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "fea/shapes.h"
+#include "fea/surface/cgal_helper.h"
 
 namespace kinetostat::fea::one_solid_test {
 namespace {
 
 std::optional<OneSolid> solid_of(const SurfaceMesh& mesh) {
   common::Progress silent;
-  RepairOptions options;
-#ifdef KINETOSTAT_CGAL
-  options.helper = KINETOSTAT_CGAL;
-#else
-  options.helper = "/nonexistent";
-#endif
-  return one_solid(mesh, options, silent);
+  return one_solid(mesh, {.helper = cgal_helper()}, silent);
 }
 
 double volume_of(const SurfaceMesh& mesh) {

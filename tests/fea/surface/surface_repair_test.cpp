@@ -15,6 +15,7 @@
 #include "kinetostat/io/text_file.h"
 
 #include "fea/shapes.h"
+#include "fea/surface/cgal_helper.h"
 #include "support/temporary_folder.h"
 
 namespace kinetostat::fea::surface_repair_test {
@@ -51,11 +52,7 @@ RepairReport mend(SurfaceMesh& mesh, std::vector<RepairStep> steps, double limit
   RepairOptions options;
   options.steps = std::move(steps);
   options.limit = limit;
-#ifdef KINETOSTAT_CGAL
-  options.helper = KINETOSTAT_CGAL;
-#else
-  options.helper = "/nonexistent";
-#endif
+  options.helper = cgal_helper();
   return repair(mesh, options, silent);
 }
 
@@ -319,7 +316,7 @@ TEST(RepairByCgal, WhatIsWrittenIsWhatWasChecked) {
     append(mesh, box_surface({1, 0.5, 0.5}, {2.1, 1.3, 1 + step}));
     common::Progress silent;
     RepairOptions options{.steps = {RepairStep::unite}, .stored_unit = 1e-3};
-    options.helper = KINETOSTAT_CGAL;
+    options.helper = cgal_helper();
     repair(mesh, options, silent);
     EXPECT_TRUE(check_surface(mesh, weld_tolerance(mesh.points)).sound()) << step;
     io::write_atomically(folder.path() / "part.stl", stl_bytes(mesh, 1e-3));
