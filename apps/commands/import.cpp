@@ -195,7 +195,7 @@ void add_identify_options(OptionList& app, ImportRequest& request) {
       .hide_default()
       .one_at_a_time();
   app.add_flag("--identify", request.identify,
-               "Find the compliance of links from their meshes, held and loaded about the axes of "
+               "Find the compliance of links from their shapes, held and loaded about the axes of "
                "their joints");
   app.add_option(material_option, request.material,
                  "Of links that are identified: steel, aluminium, cast-iron, or as in link files "

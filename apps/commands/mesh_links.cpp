@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "kinetostat/common/printable.h"
 #include "kinetostat/fea/interface/joint_interface.h"
 #include "kinetostat/fea/link/identify.h"
+#include "kinetostat/fea/mesh/edge_division.h"
+#include "kinetostat/fea/mesh/primitive_surface.h"
 #include "kinetostat/fea/mesh/surface_import.h"
 #include "kinetostat/fea/surface/one_solid.h"
 #include "kinetostat/io/cache.h"
@@ -66,16 +69,32 @@ std::string file_name(const std::string& body) {
 
 constexpr double stored_unit = 1e-3;  // [m] of the meshes beside the robot file
 
-// The mesh in metres in the frame of the body, as the file will hold it.
-SurfaceMesh placed(const fs::path& file, const vjm::DescribedMesh& mesh) {
-  SurfaceMesh surface = fea::read_surface(file, "m").mesh;
+SurfaceMesh surface_of(const vjm::PrimitiveSolid& solid) {
+  using Kind = vjm::PrimitiveSolid::Kind;
+  if (solid.kind == Kind::box) return fea::box_surface(-solid.edges / 2, solid.edges / 2);
+  return solid.kind == Kind::cylinder ? fea::cylinder_surface(solid.radius, solid.length)
+                                      : fea::capsule_surface(solid.radius, solid.length);
+}
+
+// The shape in the frame of the body, as the file will hold it.
+SurfaceMesh placed(SurfaceMesh surface, const vjm::DescribedShape& shape) {
   for (Vector3& point : surface.points) {
-    point = mesh.pose * mesh.scale.cwiseProduct(point) / stored_unit;
+    point = shape.pose * shape.scale.cwiseProduct(point) / stored_unit;
     point = stored_unit * point.cast<float>().cast<double>();
   }
-  if (mesh.scale.prod() < 0)
+  if (shape.scale.prod() < 0)
     for (fea::Triangle& triangle : surface.triangles) std::swap(triangle[0], triangle[1]);
   return surface;
+}
+
+// The same surface with facets small enough that some lie near a joint anywhere on it.
+SurfaceMesh divided(const SurfaceMesh& surface) {
+  constexpr double size = 1.0 / 40;  // of the diagonal
+  std::vector<std::int32_t> each(surface.triangles.size());
+  std::iota(each.begin(), each.end(), 0);
+  const double diagonal = fea::bounding_box(surface.points).diagonal().norm();
+  return fea::divide_edges(surface, each, {.points = {Vector3::Zero()}, .sizes = {size * diagonal}})
+      .mesh;
 }
 
 // Why a body keeps being rigid.
@@ -83,9 +102,20 @@ struct Refusal {
   std::string reason;
 };
 
+// The parts of a body together, to look at or for collisions.
+using Shapes = std::vector<vjm::DescribedShape>;
+
+// "arm.dae and 2 more"
+std::string names(const Shapes& shapes) {
+  const std::string first = shapes.front().name();
+  return shapes.size() == 1 ? first : fmt::format("{} and {} more", first, shapes.size() - 1);
+}
+
 // "its mesh repaired (fill, unite); the largest of 3 bodies in it, 95 % of their volume"
-std::string words_of(const fea::OneSolid& solid) {
+std::string words_of(const Shapes& shapes, const fea::OneSolid& solid) {
   std::vector<std::string> parts, steps;
+  if (std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return s.file.empty(); }))
+    parts.push_back(fmt::format("its shape is {}, no finer than the description", names(shapes)));
   for (const fea::RepairStep step : solid.repairs) steps.push_back(fea::name(step));
   if (!steps.empty())
     parts.push_back(fmt::format("its mesh repaired ({})", fmt::join(steps, ", ")));
@@ -108,66 +138,62 @@ class BodyStudy {
 
   // Fills `links` of the body, or throws a Refusal.
   void run(MeshLinks& links) {
-    if (body_.meshes.empty()) throw Refusal{"the description names no mesh"};
+    if (body_.shapes.empty()) throw Refusal{"the description gives it no shape"};
     std::string reasons;
-    // Meshes that have faces for the joints before those that have none.
+    // Shapes that have faces for the joints before those that have none.
     for (const bool faces : {true, false}) {
       reasons.clear();
-      for (const Meshes& meshes : both_kinds()) try {
-          identify(meshes, faces);
+      for (const Shapes& shapes : both_kinds()) try {
+          identify(shapes, faces);
           links.links[body_.name] = entry();
           links.words.push_back(words_);
           return;
         } catch (const Refusal& refusal) {
           reasons +=
-              fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", names(meshes), refusal.reason);
+              fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", names(shapes), refusal.reason);
         }
     }
     throw Refusal{reasons};
   }
 
  private:
-  // The parts of a body together, to look at or for collisions.
-  using Meshes = std::vector<vjm::DescribedMesh>;
-
   // Those to look at first.
-  std::vector<Meshes> both_kinds() const {
-    Meshes seen, collision;
-    for (const vjm::DescribedMesh& mesh : body_.meshes)
-      (mesh.is_collision ? collision : seen).push_back(mesh);
-    std::vector<Meshes> kinds;
+  std::vector<Shapes> both_kinds() const {
+    Shapes seen, collision;
+    for (const vjm::DescribedShape& shape : body_.shapes)
+      (shape.is_collision ? collision : seen).push_back(shape);
+    std::vector<Shapes> kinds;
     if (!seen.empty()) kinds.push_back(std::move(seen));
     if (!collision.empty()) kinds.push_back(std::move(collision));
     return kinds;
   }
 
-  // "arm.dae and 2 more"
-  static std::string names(const Meshes& meshes) {
-    const std::string first = fs::path(meshes.front().file).filename().string();
-    return meshes.size() == 1 ? first : fmt::format("{} and {} more", first, meshes.size() - 1);
-  }
-
-  SurfaceMesh surface_of(const Meshes& meshes) const {
+  SurfaceMesh surface_of(const Shapes& shapes) const {
     SurfaceMesh all;
-    for (const vjm::DescribedMesh& mesh : meshes) {
-      const fs::path file = mesh_file(mesh.file, robot_.file, request_.packages);
+    for (const vjm::DescribedShape& shape : shapes) {
+      if (shape.file.empty()) {
+        fea::append(all, placed(mesh_links::surface_of(shape.solid), shape));
+        continue;
+      }
+      const fs::path file = mesh_file(shape.file, robot_.file, request_.packages);
       if (file.empty())
         throw Refusal{"its package is not known, name it with --package NAME=FOLDER"};
       if (!fs::exists(file)) throw Refusal{fmt::format("there is no file {}", file.string())};
-      fea::append(all, placed(file, mesh));
+      fea::append(all, placed(fea::read_surface(file, "m").mesh, shape));
     }
     return all;
   }
 
-  void identify(const Meshes& meshes, bool faces) {
+  void identify(const Shapes& shapes, bool faces) {
     try {
-      const fea::OneSolid& solid = solid_of(meshes);
-      const auto [held, loaded] = interfaces(solid.surface, faces);
+      const fea::OneSolid& solid = solid_of(shapes);
+      const SurfaceMesh surface = faces ? solid.surface : divided(solid.surface);
+      const auto [held, loaded] = interfaces(surface, faces);
       fs::create_directories(folder_);
-      io::write_atomically(folder_ / (stem_ + ".stl"), fea::stl_bytes(solid.surface, stored_unit));
-      const fea::LinkResult result = solved(names(meshes), held, loaded);
+      io::write_atomically(folder_ / (stem_ + ".stl"), fea::stl_bytes(surface, stored_unit));
+      const fea::LinkResult result = solved(names(shapes), held, loaded);
       io::write_json(folder_ / (stem_ + ".link.json"), report::to_json(result));
-      describe(result, held, loaded, words_of(solid));
+      describe(result, held, loaded, words_of(shapes, solid));
     } catch (const common::InputError& error) {
       throw Refusal{error.details().what};
     } catch (const common::NoConvergence& error) {
@@ -175,11 +201,11 @@ class BodyStudy {
     }
   }
 
-  const fea::OneSolid& solid_of(const Meshes& meshes) {
-    const bool kind = meshes.front().is_collision;
+  const fea::OneSolid& solid_of(const Shapes& shapes) {
+    const bool kind = shapes.front().is_collision;
     if (!solids_.contains(kind))
       solids_.emplace(
-          kind, fea::one_solid(surface_of(meshes), {.limit = 0.02, .stored_unit = stored_unit},
+          kind, fea::one_solid(surface_of(shapes), {.limit = 0.02, .stored_unit = stored_unit},
                                run_.progress()));
     const std::optional<fea::OneSolid>& solid = solids_.at(kind);
     if (!solid) throw Refusal{"bounds no solid, not even repaired"};

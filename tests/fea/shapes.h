@@ -13,26 +13,13 @@
 
 #include "kinetostat/fea/elasticity/assembly.h"
 #include "kinetostat/fea/interface/coupling.h"
+#include "kinetostat/fea/mesh/primitive_surface.h"
 #include "kinetostat/fea/mesh/tet_mesh.h"
 #include "kinetostat/fea/surface/surface_check.h"
 
 #include "support/temporary_folder.h"
 
 namespace kinetostat::fea {
-
-/// A closed box of 12 facets, lengths in [m].
-inline SurfaceMesh box_surface(const Vector3& low, const Vector3& high) {
-  SurfaceMesh mesh;
-  for (int i = 0; i < 8; ++i)
-    mesh.points.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
-                             i & 4 ? high.z() : low.z());
-  for (const auto& [a, b, c, d] : std::initializer_list<std::array<int, 4>>{
-           {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
-    mesh.triangles.push_back({a, b, c});
-    mesh.triangles.push_back({a, c, d});
-  }
-  return mesh;
-}
 
 inline SurfaceMesh inverted(SurfaceMesh mesh) {
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);

@@ -51,6 +51,7 @@ class Reader {
     read_efforts();
     check_names(description_);
     say_what_lacks();
+    separate_collision_shapes();
     return std::move(description_);
   }
 
@@ -287,15 +288,69 @@ class Reader {
   }
 
   void add_geom(const Element& e, const Place& place) {
-    const std::string name = word(e, "mesh", place.active, "");
     solids_[place.link] = true;
-    if (name.empty()) return;
-    const auto found = meshes_.find(name);
-    if (found == meshes_.end()) return;
-    DescribedMesh mesh = found->second;
-    mesh.pose = place.pose * pose_of(e, place.active);
-    mesh.is_collision = number(e, "group", place.active, 0) > last_shown_group;
-    link(place.link).meshes.push_back(std::move(mesh));
+    std::optional<DescribedShape> shape = shape_of(e, place.active);
+    if (!shape) return;
+    shape->pose = place.pose * shape->pose;
+    const bool collides = number(e, "contype", place.active, 1) != 0 ||
+                          number(e, "conaffinity", place.active, 1) != 0;
+    const bool is_shown = number(e, "group", place.active, 0) <= last_shown_group;
+    shape->is_collision = !is_shown;
+    DescribedLink& carrier = link(place.link);
+    if (is_shown && collides) both_[place.link].push_back(carrier.shapes.size());
+    carrier.shapes.push_back(std::move(*shape));
+  }
+
+  // Where a link has shapes to look at alone, those that collide are not to look at.
+  void separate_collision_shapes() {
+    for (const auto& [name, numbers] : both_) {
+      std::vector<DescribedShape>& shapes = link(name).shapes;
+      const auto shown = std::count_if(shapes.begin(), shapes.end(),
+                                       [](const DescribedShape& s) { return !s.is_collision; });
+      if (static_cast<std::size_t>(shown) == numbers.size()) continue;
+      for (const std::size_t n : numbers) shapes[n].is_collision = true;
+    }
+  }
+
+  // None of a plane, a height field, or what has no size of its own.
+  std::optional<DescribedShape> shape_of(const Element& e, const std::string& active) const {
+    using Kind = PrimitiveSolid::Kind;
+    if (const auto found = meshes_.find(word(e, "mesh", active, "")); found != meshes_.end()) {
+      DescribedShape shape = found->second;
+      shape.pose = pose_of(e, active);
+      return shape;
+    }
+    const Element* sized = holder(e, "size", active);
+    if (sized == nullptr) return std::nullopt;
+    std::vector<double> half = xml_.numbers(*sized, "size");
+    half.resize(3);
+    DescribedShape shape{.pose = pose_of(e, active)};
+    const std::string type = word(e, "type", active, "sphere");
+    if (const Element* ends = holder(e, "fromto", active)) {
+      const std::vector<double> p = xml_.numbers(*ends, "fromto", 6);
+      const Vector3 from(p[0], p[1], p[2]), to(p[3], p[4], p[5]);
+      shape.pose = {
+          Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), to - from).toRotationMatrix(),
+          (from + to) / 2};
+      const double length = (to - from).norm();
+      half = type == "box" || type == "ellipsoid"
+                 ? std::vector<double>{half[0], half[0], length / 2}
+                 : std::vector<double>{half[0], length / 2, 0};
+    }
+    if (type == "box")
+      shape.solid.edges = 2 * Vector3(half[0], half[1], half[2]);
+    else if (type == "cylinder" || type == "capsule")
+      shape.solid = {.kind = type == "capsule" ? Kind::capsule : Kind::cylinder,
+                     .radius = half[0],
+                     .length = 2 * half[1]};
+    else if (type == "sphere")
+      shape.solid = {.kind = Kind::capsule, .radius = half[0]};
+    else if (type == "ellipsoid") {
+      shape.solid = {.kind = Kind::capsule, .radius = 1};
+      shape.scale = {half[0], half[1], half[2]};
+    }
+    if (!shape.solid.has_volume() || !(shape.scale.prod() != 0)) return std::nullopt;
+    return shape;
   }
 
   void add_site(const Element& e, const Place& place) {
@@ -367,8 +422,9 @@ class Reader {
   bool degrees_ = true, auto_limits_ = true;
   std::string sequence_ = "xyz", mesh_folder_;
   std::map<std::string, DefaultClass> classes_;
-  std::map<std::string, DescribedMesh> meshes_;
-  std::map<std::string, bool> solids_;  // links with geoms
+  std::map<std::string, DescribedShape> meshes_;
+  std::map<std::string, bool> solids_;                    // links with geoms
+  std::map<std::string, std::vector<std::size_t>> both_;  // shapes that collide and are shown
 };
 
 }  // namespace

@@ -10,6 +10,25 @@
 #include "kinetostat/common/spelling.h"
 
 namespace kinetostat::vjm {
+
+bool PrimitiveSolid::has_volume() const {
+  if (kind == Kind::box) return edges.minCoeff() > 0;
+  return radius > 0 && (kind == Kind::capsule ? length >= 0 : length > 0);
+}
+
+std::string DescribedShape::name() const {
+  if (!file.empty()) return std::filesystem::path(file).filename().string();
+  switch (solid.kind) {
+    case PrimitiveSolid::Kind::box:
+      return "a box";
+    case PrimitiveSolid::Kind::cylinder:
+      return "a cylinder";
+    case PrimitiveSolid::Kind::capsule:
+      break;
+  }
+  return solid.length > 0 ? "a capsule" : "a ball";
+}
+
 namespace {
 
 std::vector<std::string> link_names(const RobotDescription& robot) {

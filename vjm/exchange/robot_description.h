@@ -19,19 +19,34 @@ struct DescribedInertia {
       spatial::Matrix3::Zero();  // [kg m^2] about the centre, axes of the link
 };
 
-struct DescribedMesh {
-  std::string file;                                   // as written
-  spatial::Pose pose = {};                            // of the mesh in the link
+/// A body given by numbers, its centre at the origin, round about z.
+struct PrimitiveSolid {
+  enum class Kind { box, cylinder, capsule };
+  Kind kind = Kind::box;
+  spatial::Vector3 edges = spatial::Vector3::Zero();  // [m] of a box
+  double radius = 0, length = 0;  // [m]; length between the half balls of a capsule: 0 for a ball
+
+  bool has_volume() const;
+};
+
+/// What a link looks like, or a part of that.
+struct DescribedShape {
+  std::string file = {};  // of a mesh, as written; empty: the solid
+  PrimitiveSolid solid = {};
+  spatial::Pose pose = {};                            // in the link
   spatial::Vector3 scale = spatial::Vector3::Ones();  // of its coordinates, to metres
   bool is_collision = false;                          // else to look at
+
+  /// "arm.dae", without folders, or "a box".
+  std::string name() const;
 };
 
 struct DescribedLink {
   std::string name;
   int line = 0;
   std::optional<DescribedInertia> inertia = {};
-  std::vector<DescribedMesh> meshes = {};  // as written
-  bool is_mark = false;                    // a frame that carries nothing, as a site of MJCF
+  std::vector<DescribedShape> shapes = {};
+  bool is_mark = false;  // a frame that carries nothing, as a site of MJCF
 };
 
 enum class JointType { fixed, revolute, continuous, prismatic };

@@ -114,9 +114,9 @@ class Importer {
                                    [&](const DescribedLink& l) { return l.name == name; });
     if (!moves) return;
     if (is_between(body_.name) && !is_between(name)) body_.name = name;
-    for (DescribedMesh mesh : link->meshes) {
-      mesh.pose = place_ * mesh.pose;
-      body_.meshes.push_back(std::move(mesh));
+    for (DescribedShape shape : link->shapes) {
+      shape.pose = place_ * shape.pose;
+      body_.shapes.push_back(std::move(shape));
     }
     if (link->inertia) masses_.add(*link->inertia, place_);
   }
@@ -239,8 +239,10 @@ class Importer {
     body_.end_axis = axis;
     body_.mass = masses_.mass;
     const std::string name = io::yaml_scalar(body_.name);
-    for (const DescribedMesh& mesh : body_.meshes)
-      links_ += common::printable(fmt::format("  # mesh of {}: {}", body_.name, mesh.file)) + "\n";
+    for (const DescribedShape& shape : body_.shapes)
+      if (!shape.file.empty())
+        links_ +=
+            common::printable(fmt::format("  # mesh of {}: {}", body_.name, shape.file)) + "\n";
     const auto given = options_.links.find(body_.name);
     if (given != options_.links.end()) {
       links_ += fmt::format("  {}:\n{}", name, lines_with_indent(given->second, "    "));
@@ -259,9 +261,9 @@ class Importer {
     result_.missing.push_back(
         {fmt::format("links.{}", body_.name),
          reason != options_.reasons.end() ? "compliance: rigid, for " + reason->second
-         : body_.meshes.empty()
+         : body_.shapes.empty() || body_.shapes.front().file.empty()
              ? "compliance: a beam or a link file of 'kinetostat identify'"
-             : fmt::format("compliance: 'kinetostat identify' on {}", body_.meshes.front().file)});
+             : fmt::format("compliance: 'kinetostat identify' on {}", body_.shapes.front().file)});
   }
 
   void add_mass() {

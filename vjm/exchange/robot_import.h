@@ -22,7 +22,7 @@ struct ImportedBody {
   spatial::Pose end = {};                                   // in the start frame
   spatial::Vector3 start_axis = spatial::Vector3::UnitZ();  // of the joint before, start frame
   std::optional<spatial::Vector3> end_axis = {};            // of the next one, start frame
-  std::vector<DescribedMesh> meshes = {};                   // poses in the start frame
+  std::vector<DescribedShape> shapes = {};                  // poses in the start frame
   double mass = 0;                                          // [kg]
 };
 

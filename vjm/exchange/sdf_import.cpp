@@ -121,16 +121,40 @@ class Reader {
     for (const char* kind : {"visual", "collision"})
       for (const Element* e : XmlFile::children(element, kind)) {
         const Element* geometry = XmlFile::child(*e, "geometry");
-        const Element* mesh = geometry == nullptr ? nullptr : XmlFile::child(*geometry, "mesh");
-        if (mesh == nullptr) continue;
-        const Element* scale = XmlFile::child(*mesh, "scale");
-        link.meshes.push_back(
-            {.file = inside(*mesh, "uri"),
-             .pose = raw_pose(*e),
-             .scale = scale == nullptr ? Vector3::Ones() : xml_.vector(*scale, nullptr),
-             .is_collision = std::string_view(kind) == "collision"});
+        if (geometry == nullptr) continue;
+        DescribedShape shape = read_shape(*geometry);
+        if (shape.file.empty() && !shape.solid.has_volume()) continue;
+        shape.pose = raw_pose(*e);
+        shape.is_collision = std::string_view(kind) == "collision";
+        link.shapes.push_back(std::move(shape));
       }
     description_.links.push_back(std::move(link));
+  }
+
+  Vector3 vector_in(const Element& parent, const char* name, const Vector3& otherwise) const {
+    const Element* e = XmlFile::child(parent, name);
+    return e == nullptr ? otherwise : xml_.vector(*e, nullptr);
+  }
+
+  // What lacks has the default of the specification.
+  DescribedShape read_shape(const Element& geometry) const {
+    using Kind = PrimitiveSolid::Kind;
+    if (const Element* mesh = XmlFile::child(geometry, "mesh"))
+      return {.file = inside(*mesh, "uri"), .scale = vector_in(*mesh, "scale", Vector3::Ones())};
+    if (const Element* box = XmlFile::child(geometry, "box"))
+      return {.solid = {.kind = Kind::box, .edges = vector_in(*box, "size", Vector3::Ones())}};
+    if (const Element* ball = XmlFile::child(geometry, "sphere"))
+      return {.solid = {.kind = Kind::capsule, .radius = number_in(ball, "radius", 1)}};
+    if (const Element* ball = XmlFile::child(geometry, "ellipsoid"))
+      return {.solid = {.kind = Kind::capsule, .radius = 1},
+              .scale = vector_in(*ball, "radii", Vector3::Ones())};
+    for (const auto& [name, kind] :
+         {std::pair("cylinder", Kind::cylinder), std::pair("capsule", Kind::capsule)})
+      if (const Element* e = XmlFile::child(geometry, name))
+        return {.solid = {.kind = kind,
+                          .radius = number_in(e, "radius", 0.5),
+                          .length = number_in(e, "length", 1)}};
+    return {};
   }
 
   DescribedInertia read_inertia(const Element& element) const {

@@ -74,14 +74,32 @@ class Reader {
     for (const char* kind : {"visual", "collision"})
       for (const Element* e : XmlFile::children(element, kind)) {
         const Element* geometry = XmlFile::child(*e, "geometry");
-        const Element* mesh = geometry == nullptr ? nullptr : XmlFile::child(*geometry, "mesh");
-        if (mesh == nullptr) continue;
-        link.meshes.push_back({.file = xml_.text(*mesh, "filename"),
-                               .pose = read_origin(*e),
-                               .scale = xml_.vector_or(mesh, "scale", Vector3::Ones()),
-                               .is_collision = std::string_view(kind) == "collision"});
+        if (geometry == nullptr) continue;
+        DescribedShape shape = read_shape(*geometry);
+        if (shape.file.empty() && !shape.solid.has_volume()) continue;
+        shape.pose = read_origin(*e);
+        shape.is_collision = std::string_view(kind) == "collision";
+        link.shapes.push_back(std::move(shape));
       }
     return link;
+  }
+
+  DescribedShape read_shape(const Element& geometry) const {
+    using Kind = PrimitiveSolid::Kind;
+    if (const Element* mesh = XmlFile::child(geometry, "mesh"))
+      return {.file = xml_.text(*mesh, "filename"),
+              .scale = xml_.vector_or(mesh, "scale", Vector3::Ones())};
+    if (const Element* box = XmlFile::child(geometry, "box"))
+      return {.solid = {.kind = Kind::box, .edges = xml_.vector(*box, "size")}};
+    if (const Element* ball = XmlFile::child(geometry, "sphere"))
+      return {.solid = {.kind = Kind::capsule, .radius = xml_.number(*ball, "radius")}};
+    for (const auto& [name, kind] :
+         {std::pair("cylinder", Kind::cylinder), std::pair("capsule", Kind::capsule)})
+      if (const Element* e = XmlFile::child(geometry, name))
+        return {.solid = {.kind = kind,
+                          .radius = xml_.number(*e, "radius"),
+                          .length = xml_.number(*e, "length")}};
+    return {};
   }
 
   JointType read_type(const Element& element) const {

@@ -200,6 +200,33 @@ TEST(ImportCommand, MakesOneSolidOfShellsThatStickInEachOther) {
   }
 }
 
+// The same bars as boxes that the description gives by numbers.
+TEST(ImportCommand, IdentifiesLinksFromTheirPrimitiveShapes) {
+  write_robot_of_bars(working_folder());
+  std::string text = io::read_text(working_folder() / "bars.urdf");
+  const auto take = [&text](const std::string& old, const std::string& now) {
+    text.replace(text.find(old), old.size(), now);
+  };
+  take("<geometry><mesh filename='package://bar_parts/meshes/upper.stl'/>",
+       "<origin xyz='.15 0 0'/><geometry><box size='.3 .04 .06'/>");
+  take(
+      "<origin xyz='0 0 0' rpy='0 0 -1.5707963267948966'/><geometry><mesh "
+      "filename='package://bar_parts/meshes/fore.stl' scale='.001 .001 .001'/>",
+      "<origin xyz='0 -.15 0'/><geometry><box size='.04 .3 .06'/>");
+  take("<mesh filename='package://other/hand.stl'/>", "<sphere radius='0'/>");
+  io::write_atomically(working_folder() / "bars.urdf", text);
+  const Outcome outcome = kinetostat(
+      "import bars.urdf --identify --material aluminium --accuracy '2 %' --joint-stiffness 5e4 "
+      "-o boxes.yaml");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("its shape is a box"));
+  EXPECT_THAT(outcome.out, HasSubstr("the description gives it no shape"));  // to the hand
+  const double e = 70e9, g = e / 2.66, length = 0.6, area = 0.04 * 0.06;
+  const double moment = 0.06 * std::pow(0.04, 3) / 12;
+  const double exact = length * length * length / (3 * e * moment) + 1.2 * length / (g * area);
+  EXPECT_NEAR(yields("y", 1, "boxes"), exact, 0.03 * exact);
+}
+
 // No face lies about an axis beside the bar's own: what is near the joint holds it, and that is
 // said.
 TEST(ImportCommand, HoldsALinkNearItsJointWhereNoFaceLiesAboutTheAxis) {
@@ -214,6 +241,26 @@ TEST(ImportCommand, HoldsALinkNearItsJointWhereNoFaceLiesAboutTheAxis) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("as no face lies about that axis"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("links.upper")));
+}
+
+// Joints across a long box, one of them far from its edges, where a side is two facets: it bends
+// as a cantilever between them, but for what is held.
+TEST(ImportCommand, FindsWhatIsNearAJointInTheMiddleOfALargeFace) {
+  io::write_atomically(
+      working_folder() / "long.urdf",
+      "<robot name='long'><link name='base'/><link name='beam'><visual><origin xyz='.4 0 0'/>"
+      "<geometry><box size='1 .06 .04'/></geometry></visual></link><link name='end'/><joint "
+      "name='one' type='continuous'><parent link='base'/><child link='beam'/><axis xyz='0 1 0'/>"
+      "</joint><joint name='two' type='continuous'><parent link='beam'/><child link='end'/><origin "
+      "xyz='.6 0 0'/><axis xyz='0 1 0'/></joint></robot>");
+  const Outcome outcome = kinetostat(
+      "import long.urdf --identify --material aluminium --joint-stiffness 1e9 -o long.yaml");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, Not(HasSubstr("links.beam")));
+  const double bend = std::pow(0.6, 3) / (3 * 70e9 * 0.06 * std::pow(0.04, 3) / 12);
+  const double found = yields("z", 2, "long");
+  EXPECT_GT(found, 0.6 * bend);
+  EXPECT_LT(found, 1.1 * bend);
 }
 
 TEST(ImportCommand, RefusesToIdentifyWithoutMaterialOrPlace) {

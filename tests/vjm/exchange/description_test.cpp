@@ -90,7 +90,7 @@ TEST_F(Description, OfMjcf) {
   EXPECT_EQ(text.drives[2].stiffness, 2e6);
   EXPECT_NEAR((*text.drives[0].limits)[1], M_PI / 2, 1e-15);
   ASSERT_EQ(text.bodies.size(), 3u);
-  EXPECT_EQ(text.bodies[1].meshes.at(0).file, "assets/cover.stl");
+  EXPECT_EQ(text.bodies[1].shapes.at(0).file, "assets/cover.stl");
   const Robot again = imported(robot, "", "tool");
   EXPECT_NEAR(again.manipulator.gravity().z(), -9.5, 1e-12);
   const double a = 0.3, b = -0.4, c = 0.12, deg = M_PI / 180;
@@ -148,6 +148,49 @@ TEST_F(Description, OfSdf) {
   EXPECT_LT(
       (upper_link->inertia->tensor - Vector3(0.2, 0.1, 0.25).asDiagonal().toDenseMatrix()).norm(),
       1e-15);
+}
+
+// One box, cylinder, capsule and ball in three formats.
+TEST_F(Description, TakesPrimitiveShapes) {
+  const RobotDescription urdf = read("a.urdf", R"(<robot name="r"><link name="l">
+    <visual><origin xyz="1 2 3"/><geometry><box size="0.1 0.2 0.3"/></geometry></visual>
+    <visual><geometry><cylinder radius="0.05" length="0.4"/></geometry></visual>
+    <visual><geometry><capsule radius="0.05" length="0.4"/></geometry></visual>
+    <visual><geometry><box size="0 0 0"/></geometry></visual>
+    <collision><geometry><sphere radius="0.07"/></geometry></collision></link></robot>)");
+  const RobotDescription sdf = read("a.sdf", R"(<sdf version="1.9"><model name="r"><link name="l">
+    <visual name="a"><pose>1 2 3 0 0 0</pose><geometry><box><size>0.1 0.2 0.3</size></box></geometry></visual>
+    <visual name="b"><geometry><cylinder><radius>0.05</radius><length>0.4</length></cylinder></geometry></visual>
+    <visual name="c"><geometry><capsule><radius>0.05</radius><length>0.4</length></capsule></geometry></visual>
+    <visual name="d"><geometry><plane/></geometry></visual>
+    <collision name="e"><geometry><sphere><radius>0.07</radius></sphere></geometry></collision></link></model></sdf>)");
+  // Half lengths, a capsule between two points, sizes from a class, and what collides is not drawn.
+  const RobotDescription mjcf = read("a.xml", R"(<mujoco>
+    <default><default class="seen"><geom contype="0" conaffinity="0" size="0.05 0.2"/></default></default>
+    <worldbody><geom type="plane" size="1 1 1"/><body name="l">
+    <geom class="seen" type="box" size="0.05 0.1 0.15" pos="1 2 3"/>
+    <geom class="seen" type="cylinder"/>
+    <geom class="seen" type="capsule" size="0.05" fromto="0 0 -0.2 0 0 0.2"/>
+    <geom size="0.07"/></body></worldbody></mujoco>)");
+  for (const RobotDescription* robot : {&urdf, &sdf, &mjcf}) {
+    const std::vector<DescribedShape>& shapes = robot->links.back().shapes;
+    ASSERT_EQ(shapes.size(), 4u) << robot->format;
+    EXPECT_LT((shapes[0].solid.edges - Vector3(0.1, 0.2, 0.3)).norm(), 1e-15) << robot->format;
+    EXPECT_EQ(shapes[0].pose.position(), Vector3(1, 2, 3)) << robot->format;
+    using Kind = PrimitiveSolid::Kind;
+    const Kind kinds[] = {Kind::box, Kind::cylinder, Kind::capsule, Kind::capsule};
+    const double radii[] = {0, 0.05, 0.05, 0.07}, lengths[] = {0, 0.4, 0.4, 0};
+    for (std::size_t s = 0; s < 4; ++s) {
+      EXPECT_EQ(shapes[s].solid.kind, kinds[s]) << robot->format << s;
+      EXPECT_NEAR(shapes[s].solid.radius, radii[s], 1e-15) << robot->format << s;
+      EXPECT_NEAR(shapes[s].solid.length, lengths[s], 1e-15) << robot->format << s;
+      EXPECT_EQ(shapes[s].is_collision, s == 3) << robot->format << s;
+    }
+  }
+  expect_refused("b.urdf",
+                 "<robot name='r'><link name='l'><visual>\n<geometry><box size='1 2'/></geometry>"
+                 "</visual></link></robot>",
+                 "b.urdf:2");
 }
 
 // Both conventions, as their books multiply them.
