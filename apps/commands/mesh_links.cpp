@@ -102,6 +102,20 @@ struct Refusal {
   std::string reason;
 };
 
+// A mesh in millimetres whose description does not say so is a thousand times as large as its
+// robot.
+void require_size_of(const vjm::RobotDescription& robot, const SurfaceMesh& surface) {
+  constexpr double too_large = 50;
+  double reach = 0;
+  for (const vjm::DescribedJoint& joint : robot.joints) reach += joint.origin.position().norm();
+  const double size = fea::bounding_box(surface.points).diagonal().norm();
+  if (reach > 0 && size > too_large * reach)
+    throw Refusal{fmt::format(
+        "is {:.3g} m across, and all joints together {:.3g} m apart: a mesh in millimetres needs a "
+        "scale of 0.001 in the description",
+        size, reach)};
+}
+
 // The parts of a body together, to look at or for collisions.
 using Shapes = std::vector<vjm::DescribedShape>;
 
@@ -181,6 +195,7 @@ class BodyStudy {
       if (!fs::exists(file)) throw Refusal{fmt::format("there is no file {}", file.string())};
       fea::append(all, placed(fea::read_surface(file, "m").mesh, shape));
     }
+    require_size_of(robot_, all);
     return all;
   }
 

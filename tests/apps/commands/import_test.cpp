@@ -263,6 +263,20 @@ TEST(ImportCommand, FindsWhatIsNearAJointInTheMiddleOfALargeFace) {
   EXPECT_LT(found, 1.1 * bend);
 }
 
+TEST(ImportCommand, TakesNoMeshInMillimetresForOneInMetres) {
+  write_robot_of_bars(working_folder());
+  std::string text = io::read_text(working_folder() / "bars.urdf");
+  const std::string scale = " scale='.001 .001 .001'";
+  text.erase(text.find(scale), scale.size());
+  io::write_atomically(working_folder() / "bars.urdf", text);
+  const Outcome outcome = kinetostat(
+      "import bars.urdf --package bar_parts=parts --identify --material aluminium "
+      "--joint-stiffness 5e4 -o bars.yaml");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("links.fore"));
+  EXPECT_THAT(outcome.out, HasSubstr("a mesh in millimetres needs a scale of 0.001"));
+}
+
 TEST(ImportCommand, RefusesToIdentifyWithoutMaterialOrPlace) {
   write_robot_of_bars(working_folder());
   const Outcome bare = kinetostat("import bars.urdf --identify -o none.yaml");
