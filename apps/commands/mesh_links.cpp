@@ -316,11 +316,12 @@ class BodyStudy {
                       result.accuracy.meshes.size() > 1
                           ? "more than was asked"
                           : "which no second mesh confirms, for it would be too large");
-    if (result.mass && body_.mass > 0 && *result.mass > 1.5 * body_.mass)
-      words_ += fmt::format(
-          "; solid it would weigh {:.3g} kg, not {:.3g} kg: the link is hollow and softer than "
-          "this",
-          *result.mass, body_.mass);
+    if (!result.mass || !(body_.mass > 0) || !(*result.mass > 1.5 * body_.mass)) return;
+    const double left = body_.mass / *result.mass, of_rod = 1 - (1 - left) * (1 - left);
+    words_ += fmt::format(
+        "; solid it would weigh {:.3g} kg, not {:.3g} kg: the link is hollow and softer than this, "
+        "as a tube of that weight has {:.2g} % of the bending stiffness of a rod as thick",
+        *result.mass, body_.mass, 100 * of_rod);
   }
 
   // The lines of the link in the robot file.

@@ -214,12 +214,15 @@ TEST(ImportCommand, IdentifiesLinksFromTheirPrimitiveShapes) {
       "filename='package://bar_parts/meshes/fore.stl' scale='.001 .001 .001'/>",
       "<origin xyz='0 -.15 0'/><geometry><box size='.04 .3 .06'/>");
   take("<mesh filename='package://other/hand.stl'/>", "<sphere radius='0'/>");
+  take("<mass value='1.9'/>", "<mass value='.972'/>");
   io::write_atomically(working_folder() / "bars.urdf", text);
   const Outcome outcome = kinetostat(
       "import bars.urdf --identify --material aluminium --accuracy '2 %' --joint-stiffness 5e4 "
       "-o boxes.yaml");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("its shape is a box"));
+  EXPECT_THAT(outcome.out, HasSubstr("1.94 kg"));  // 2700 kg/m^3
+  EXPECT_THAT(outcome.out, ContainsRegex("a tube of[^:]*75 %"));
   EXPECT_THAT(outcome.out, HasSubstr("the description gives it no shape"));  // to the hand
   const double e = 70e9, g = e / 2.66, length = 0.6, area = 0.04 * 0.06;
   const double moment = 0.06 * std::pow(0.04, 3) / 12;
