@@ -200,7 +200,8 @@ class Grower {
       DiagnosisStep step = search_.step(others, *without_it, fits);
       check_prediction(others, *without_it, fits, step);
       const bool needed =
-          step.max_score.p_value <= significance_level && !decide(step).is_none_needed;
+          is_far_more_probable_than(*without_it) ||
+          (step.max_score.p_value <= significance_level && !decide(step).is_none_needed);
       if (needed && is_replaced(step, found_[k], model_.fit.squared_error)) {
         grown_.steps.push_back(step);
         return Revision{k, std::move(fits[0]), found_effect(step)};
@@ -210,6 +211,12 @@ class Grower {
       if (!needed) return Revision{k, *std::move(without_it)};
     }
     return std::nullopt;
+  }
+
+  // Signatures, at usual sizes, may miss what a law with corners does where it was fitted.
+  bool is_far_more_probable_than(const BaseFit& smaller) const {
+    const double exponent = common_exponent(smaller, {model_.fit});
+    return evidence(model_.fit, exponent).log - evidence(smaller, exponent).log > 3 * doubtful;
   }
 
   void revise(Revision revision) {
