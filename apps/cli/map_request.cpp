@@ -133,11 +133,14 @@ bool is_loaded(const vjm::Robot& robot, const vjm::PoseList& list) {
 
 void MapRequest::add_options(OptionList& app) {
   app.add_option("ROBOT", robot_file, "Robot file (YAML)").required();
-  app.add_option("--grid", grid,
-                 "Poses x=FROM:TO:POINTS,y=...,z=...,rx=...; one value, z=10, keeps a coordinate")
+  app.add_option(
+         "--grid", grid,
+         "Poses x=FROM:TO:POINTS,y=...,z=...,rx=...; one value, z=10, keeps a coordinate; or "
+         "drives of a robot of one chain, q2=-60:60:13,q3=90")
       .type_name("GRID");
   app.add_option("--path", path,
-                 "Poses from a CSV file with columns x,y,z,rx,ry,rz and loads fx,fy,fz,mx,my,mz")
+                 "Poses from a CSV file with columns x,y,z,rx,ry,rz, or drives, and loads "
+                 "fx,fy,fz,mx,my,mz")
       .type_name("FILE");
   app.add_option("--index", indices,
                  "stiffness=DX,DY,DZ, rotational-stiffness=DX,DY,DZ, weakest-translation, "

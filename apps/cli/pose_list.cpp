@@ -34,8 +34,8 @@ spatial::Pose pose_of(const spatial::Vector6& coordinates) {
 
 // "-70:120:20" or "0".
 std::vector<double> read_axis(const std::string& option, const std::string& name,
-                              const std::string& text, const spatial::UnitSystem& units) {
-  const spatial::Dimension what = name.size() == 1 ? dimension::length : dimension::angle;
+                              const std::string& text, const spatial::Dimension& what,
+                              const spatial::UnitSystem& units) {
   const std::vector<std::string> parts = split(text, ':');
   if (parts.size() == 1) return {quantity(option, text, what, units)};
   if (parts.size() != 3)
@@ -50,26 +50,6 @@ std::vector<double> read_axis(const std::string& option, const std::string& name
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = from + (to - from) * static_cast<double>(i) / (count - 1);
   return values;
-}
-
-std::array<std::vector<double>, 6> read_axes(const std::string& option, const std::string& grid,
-                                             const spatial::UnitSystem& units) {
-  std::array<std::vector<double>, 6> axes;
-  for (const std::string& part : split(grid)) {
-    const std::size_t equals = part.find('=');
-    const std::string name = part.substr(0, equals);
-    const auto* const at = std::find(pose_columns.begin(), pose_columns.end(), name);
-    if (equals == std::string::npos || at == pose_columns.end())
-      throw UsageError(option,
-                       fmt::format("'{}' does not start with x=, y=, z=, rx=, ry= or rz=", part),
-                       fmt::format("Write {} x=-50:50:11,y=-50:50:11,z=0", option));
-    std::vector<double>& axis = axes[static_cast<std::size_t>(at - pose_columns.begin())];
-    if (!axis.empty()) throw UsageError(option, fmt::format("'{}' is given twice", name));
-    axis = read_axis(option, name, part.substr(equals + 1), units);
-  }
-  for (std::vector<double>& axis : axes)
-    if (axis.empty()) axis = {0};
-  return axes;
 }
 
 // Where a column of the file goes: a coordinate (0 to 5), a component of the wrench (6 to 11) or a
@@ -157,6 +137,18 @@ Column read_column(const io::CsvTable& table, const std::string& column, const v
   }
 }
 
+bool is_one_chain(const vjm::Robot& robot) {
+  return robot.manipulator.size() == 1 && robot.manipulator.is_parallel();
+}
+
+// Joints, and no coordinate of the pose.
+bool are_joints_alone(const std::vector<Column>& columns) {
+  const auto is_joint = [](const Column& c) { return !c.joint.empty(); };
+  return std::any_of(columns.begin(), columns.end(), is_joint) &&
+         std::all_of(columns.begin(), columns.end(),
+                     [&](const Column& c) { return is_joint(c) || c.is_wrench(); });
+}
+
 std::vector<Column> read_columns(const io::CsvTable& table, const vjm::Robot& robot) {
   std::vector<Column> columns;
   std::set<std::pair<std::string, std::size_t>> places;
@@ -165,13 +157,60 @@ std::vector<Column> read_columns(const io::CsvTable& table, const vjm::Robot& ro
     if (!places.insert({columns.back().joint, columns.back().place}).second)
       refuse_column(table, name, "another column means the same", "Keep one of them");
   }
-  if (std::none_of(columns.begin(), columns.end(),
-                   [](const Column& column) { return column.joint.empty() && column.place < 6; }))
+  const bool of_joints = are_joints_alone(columns);
+  if (std::all_of(columns.begin(), columns.end(), [](const Column& c) { return c.is_wrench(); }) ||
+      (of_joints && !is_one_chain(robot)))
     throw common::InputError({.file = table.file(),
                               .line = table.header_line(),
                               .what = "no column states the pose",
-                              .cure = "Give at least one of x, y, z, rx, ry, rz"});
+                              .cure = of_joints
+                                          ? "Give at least one of x, y, z, rx, ry, rz: drives "
+                                            "alone say where a robot of one chain goes"
+                                          : "Give at least one of x, y, z, rx, ry, rz, or "
+                                            "the drives"});
   return columns;
+}
+
+// Values of a grid along a coordinate of the pose or of a drive.
+struct Axis {
+  Column column;
+  std::vector<double> values;
+};
+
+// In the order of the text.
+std::vector<Axis> read_axes(const std::string& option, const std::string& grid,
+                            const vjm::Robot& robot) {
+  const std::vector<std::string> known = known_columns(robot.manipulator);
+  std::vector<Axis> axes;
+  for (const std::string& part : split(grid)) {
+    const std::size_t equals = part.find('=');
+    const std::string name = part.substr(0, equals);
+    const auto found = column_named(name, known, robot.manipulator);
+    if (equals == std::string::npos || !found || found->column.is_wrench())
+      throw UsageError(option,
+                       fmt::format("'{}' does not start with x=, y=, z=, rx=, ry=, rz= or the name "
+                                   "of a drive",
+                                   part),
+                       fmt::format("Write {} x=-50:50:11,y=-50:50:11,z=0", option));
+    for (const Axis& other : axes)
+      if (other.column.joint == found->column.joint && other.column.place == found->column.place)
+        throw UsageError(option, fmt::format("'{}' is given twice", name));
+    axes.push_back({found->column, read_axis(option, name, part.substr(equals + 1),
+                                             found->dimension, robot.units)});
+    if (axes.back().column.joint.empty() != axes.front().column.joint.empty())
+      throw UsageError(option, "a grid is of coordinates of the platform or of drives, not of both",
+                       "Leave out the ones or the others");
+  }
+  return axes;
+}
+
+// A pose that joints alone lead to.
+vjm::TargetPose by_joints(const vjm::Robot& robot, const vjm::Load& load,
+                          std::map<std::string, double> joints) {
+  vjm::TargetPose target{
+      .platform = {}, .load = load, .held = std::move(joints), .is_by_joints = true};
+  target.platform = posture_to(robot.manipulator, target).posture.platform;
+  return target;
 }
 
 bool has_wrench(const vjm::Load& load) { return !load.force.isZero(0) || !load.moment.isZero(0); }
@@ -188,12 +227,19 @@ void number_poses(const io::Part& part, vjm::PoseList& list) {
 
 vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load,
                         const std::string& option, const io::Part& part) {
-  const std::array<std::vector<double>, 6> axes = read_axes(option, grid, robot.units);
+  std::vector<Axis> axes = read_axes(option, grid, robot);
+  const bool of_joints = !axes.front().column.joint.empty();
+  if (of_joints && !is_one_chain(robot))
+    throw UsageError(option, "a grid of drives is for a robot of one chain",
+                     "Give coordinates of the platform, x, y, z, rx, ry, rz");
+  if (!of_joints)
+    std::sort(axes.begin(), axes.end(),
+              [](const Axis& a, const Axis& b) { return a.column.place < b.column.place; });
   vjm::PoseList list;
   double count = 1;
-  for (std::size_t i = 0; i < 6; ++i) {
-    list.shape[i] = axes[i].size();
-    count *= static_cast<double>(axes[i].size());
+  for (const Axis& axis : axes) {
+    if (!of_joints) list.shape[axis.column.place] = axis.values.size();
+    count *= static_cast<double>(axis.values.size());
   }
   if (count > most_poses)
     throw UsageError(option, fmt::format("it has {:.3g} poses, more than {}", count, most_poses));
@@ -201,12 +247,21 @@ vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const 
   list.has_wrench = has_wrench(load);
   list.poses.reserve(list.whole / part.count + 1);
   for (std::size_t n = part.number - 1; n < list.whole; n += part.count) {
-    spatial::Vector6 coordinates;
+    spatial::Vector6 coordinates = spatial::Vector6::Zero();
+    std::map<std::string, double> joints;
     std::size_t rest = n;
-    for (std::size_t i = 6; i-- > 0; rest /= axes[i].size())
-      coordinates[static_cast<Eigen::Index>(i)] = axes[i][rest % axes[i].size()];
-    list.poses.push_back({pose_of(coordinates), load});
+    for (auto axis = axes.rbegin(); axis != axes.rend(); ++axis) {
+      const double value = axis->values[rest % axis->values.size()];
+      rest /= axis->values.size();
+      if (of_joints)
+        joints[axis->column.joint] = value;
+      else
+        coordinates[static_cast<Eigen::Index>(axis->column.place)] = value;
+    }
+    list.poses.push_back(of_joints ? by_joints(robot, load, std::move(joints))
+                                   : vjm::TargetPose{pose_of(coordinates), load});
   }
+  if (of_joints) list.shape[0] = list.whole;
   number_poses(part, list);
   return list;
 }
@@ -215,6 +270,7 @@ vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const 
                         const io::Part& part) {
   const io::CsvTable table = io::read_table(file);
   const std::vector<Column> columns = read_columns(table, robot);
+  const bool of_joints = are_joints_alone(columns);
   const bool has_wrenches = std::any_of(columns.begin(), columns.end(),
                                         [](const Column& column) { return column.is_wrench(); });
   if (has_wrenches && has_wrench(load))
@@ -234,7 +290,9 @@ vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const 
       else
         (columns[c].is_wrench() ? wrench : coordinates)[i] = value;
     }
-    vjm::TargetPose target{pose_of(coordinates), load, std::move(held)};
+    vjm::TargetPose target = of_joints
+                                 ? by_joints(robot, load, std::move(held))
+                                 : vjm::TargetPose{pose_of(coordinates), load, std::move(held)};
     if (has_wrenches) {
       target.load.force = wrench.head<3>();
       target.load.moment = wrench.tail<3>();

@@ -46,6 +46,9 @@ Chosen choose(const GridRequest& request, const vjm::Robot& robot, const report:
               vjm::PoseList& list, Run& run) {
   if (request.map.path.empty())
     throw UsageError("--turn", "what is chosen is chosen along a path", "Give --path FILE");
+  if (!list.poses.empty() && list.poses.front().is_by_joints)
+    throw UsageError("--path", "joints that are all given leave nothing to choose",
+                     "Give the path as poses, x, y, z, rx, ry, rz");
   const vjm::PathFreedom freedom = request.free.read(robot, list.poses);
   Chosen chosen;
   chosen.given =

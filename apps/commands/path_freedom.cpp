@@ -147,8 +147,12 @@ std::vector<vjm::FreeJoint> read_joints(const FreedomRequest& request, const vjm
 std::vector<spatial::Pose> read_places(const FreedomRequest& request, const vjm::Robot& robot) {
   std::vector<spatial::Pose> places;
   if (request.place.empty()) return {spatial::Pose()};
-  for (const vjm::TargetPose& place : read_grid(request.place, robot, {}, "--place").poses)
+  for (const vjm::TargetPose& place : read_grid(request.place, robot, {}, "--place").poses) {
+    if (place.is_by_joints)
+      throw UsageError("--place", "no drive says where the base stands",
+                       "Give x, y, z, and rx, ry, rz");
     places.push_back(place.platform);
+  }
   const spatial::Vector3 weight = robot.manipulator.gravity();
   for (const spatial::Pose& place : places)
     if (!(place.rotation() * weight).isApprox(weight, 1e-9) && !weight.isZero(0))

@@ -12,6 +12,7 @@
 #include "kinetostat/report/manipulators/pose.h"
 #include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/report/text/text.h"
+#include "kinetostat/vjm/manipulator/joint_place.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::report {
@@ -36,19 +37,48 @@ std::string with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
 }
 
+// A joint that leads to the poses, by itself or with others, in the unit of the robot file.
+struct JointColumn {
+  std::string joint, name, unit;
+  double factor;
+
+  double value(const Map& map, std::size_t pose) const {
+    return map.list.poses[pose].held.at(joint) / factor;
+  }
+};
+
+std::vector<JointColumn> joints_of(const Map& map) {
+  std::vector<JointColumn> columns;
+  if (map.list.poses.empty() || !map.list.poses.front().is_by_joints) return columns;
+  for (const auto& [joint, value] : map.list.poses.front().held) {
+    const std::string unit = joint_unit(map.robot, joint);
+    columns.push_back(
+        {joint, joint_column(map.robot, joint), unit, spatial::parse_unit(unit).factor});
+  }
+  return columns;
+}
+
 std::string header(const Map& map) {
   std::vector<std::string> headings;
-  headings.reserve(vjm::pose_columns.size() + 1 + map.indices.size());
   for (const std::string name : vjm::pose_columns)
     headings.push_back(io::csv_cell(
         with_unit(name, name.size() == 1 ? map.robot.units.length : map.robot.units.angle)));
+  for (const JointColumn& joint : joints_of(map))
+    headings.push_back(io::csv_cell(with_unit(joint.name, joint.unit)));
   headings.emplace_back("state");
   for (const NamedIndex& index : map.indices)
     headings.push_back(io::csv_cell(with_unit(index.name, index.unit)));
   return fmt::format("{}\n", fmt::join(headings, ","));
 }
 
-std::string place_text(const vjm::Robot& robot, const spatial::Pose& pose) {
+// "q2 = 0.4, q3 = 1" or the coordinates of the platform.
+std::string place_text(const Map& map, std::size_t number_of_pose) {
+  std::vector<std::string> values;
+  for (const JointColumn& joint : joints_of(map))
+    values.push_back(fmt::format("{} = {}", joint.name, number(joint.value(map, number_of_pose))));
+  if (!values.empty()) return fmt::format("{}", fmt::join(values, ", "));
+  const vjm::Robot& robot = map.robot;
+  const spatial::Pose& pose = map.list.poses[number_of_pose].platform;
   const double length = spatial::parse_unit(robot.units.length).factor;
   const double angle = spatial::parse_unit(robot.units.angle).factor;
   const spatial::Vector6 c = coordinates_of(pose);
@@ -68,10 +98,16 @@ std::vector<std::string> range_row(const Map& map, std::size_t k) {
   return {index.name,
           index.unit,
           shown(range.smallest),
-          place_text(map.robot, map.list.poses[range.smallest_at].platform),
+          place_text(map, range.smallest_at),
           shown(range.mean),
           shown(range.largest),
-          place_text(map.robot, map.list.poses[range.largest_at].platform)};
+          place_text(map, range.largest_at)};
+}
+
+Json place_json(const Map& map, std::size_t number_of_pose) {
+  Json json = to_json(map.list.poses[number_of_pose].platform);
+  if (!joints_of(map).empty()) json["joints"] = map.list.poses[number_of_pose].held;
+  return json;
 }
 
 Json range_json(const Map& map, std::size_t k) {
@@ -79,10 +115,10 @@ Json range_json(const Map& map, std::size_t k) {
   Json json{{"index", map.indices[k].name}, {"finite_values", range.count}};
   if (range.count == 0) return json;
   json["smallest"] = range.smallest;
-  json["smallest_at"] = to_json(map.list.poses[range.smallest_at].platform);
+  json["smallest_at"] = place_json(map, range.smallest_at);
   json["mean"] = range.mean;
   json["largest"] = range.largest;
-  json["largest_at"] = to_json(map.list.poses[range.largest_at].platform);
+  json["largest_at"] = place_json(map, range.largest_at);
   return json;
 }
 
@@ -143,18 +179,60 @@ void add_cells(const vjm::PoseList& list, io::VtuGrid& grid) {
 
 }  // namespace
 
+namespace {
+
+// Where no pose is reached that may be for its orientation, which a robot of few joints does not
+// choose.
+std::string hint(const Map& map) {
+  const auto unreachable = static_cast<std::size_t>(count_of(map.points, MapState::unreachable));
+  if (unreachable < map.points.size() || map.robot.manipulator.size() > 1 ||
+      !joints_of(map).empty())
+    return "";
+  const auto drives = actuated_joints(map.robot.manipulator);
+  if (drives.empty()) return "";
+  return fmt::format(
+      " Where rx, ry and rz are not given a pose has no rotation. A grid of joints reaches all of "
+      "its poses: --grid {}=FROM:TO:POINTS,...",
+      coordinate_at(map.robot.manipulator, drives.back()).name);
+}
+
+}  // namespace
+
+std::string joint_column(const vjm::Robot& robot, const std::string& joint) {
+  const std::string name =
+      coordinate_at(robot.manipulator, vjm::find_joint(robot.manipulator, joint)).name;
+  const auto is_name = [&name](const char* column) { return name == column; };
+  if (std::any_of(vjm::pose_columns.begin(), vjm::pose_columns.end(), is_name) ||
+      std::any_of(vjm::wrench_columns.begin(), vjm::wrench_columns.end(), is_name))
+    return joint;
+  try {
+    vjm::find_joint(robot.manipulator, name);
+    return name;
+  } catch (const std::invalid_argument&) {  // in several chains
+    return joint;
+  }
+}
+
+std::string joint_unit(const vjm::Robot& robot, const std::string& joint) {
+  const vjm::JointPlace place = vjm::find_joint(robot.manipulator, joint);
+  return is_rotation(coordinate_at(robot.manipulator, place).motion) ? robot.units.angle
+                                                                     : robot.units.length;
+}
+
 std::string headline(const Map& map) {
   if (map.indices.empty()) return fmt::format("{} poses.", map.points.size());
   const NamedIndex& index = map.indices.front();
   const vjm::MapRange range = range_of(map.points, 0);
   if (range.count == 0)
-    return fmt::format("No value of {} at any of {} poses.", index.name, map.points.size());
+    return fmt::format("No value of {} at any of {} poses.{}", index.name, map.points.size(),
+                       hint(map));
   const auto shown = [&](double v) { return number(v / index.factor, 4); };
-  return fmt::format(
-      "{} {} to {}{}{}, {}{} in the mean, over {} of {} poses; least at ({}) {}.", index.name,
-      shown(range.smallest), shown(range.largest), index.unit.empty() ? "" : " ", index.unit,
-      shown(range.mean), index.unit.empty() ? "" : " " + index.unit, range.count, map.points.size(),
-      place_text(map.robot, map.list.poses[range.smallest_at].platform), map.robot.units.length);
+  return fmt::format("{} {} to {}{}{}, {}{} in the mean, over {} of {} poses; least at ({}){}.",
+                     index.name, shown(range.smallest), shown(range.largest),
+                     index.unit.empty() ? "" : " ", index.unit, shown(range.mean),
+                     index.unit.empty() ? "" : " " + index.unit, range.count, map.points.size(),
+                     place_text(map, range.smallest_at),
+                     joints_of(map).empty() ? " " + map.robot.units.length : "");
 }
 
 std::string text(const Map& map) {
@@ -183,6 +261,7 @@ Json to_json(const Map& map) {
 std::string csv(const Map& map) {
   const double length = spatial::parse_unit(map.robot.units.length).factor;
   const double angle = spatial::parse_unit(map.robot.units.angle).factor;
+  const std::vector<JointColumn> joints = joints_of(map);
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "{}", header(map));
@@ -190,6 +269,7 @@ std::string csv(const Map& map) {
     const spatial::Vector6 c = coordinates_of(map.list.poses[i].platform);
     for (Eigen::Index k = 0; k < 6; ++k)
       fmt::format_to(out, "{},", cell(c[k] / (k < 3 ? length : angle)));
+    for (const JointColumn& joint : joints) fmt::format_to(out, "{},", cell(joint.value(map, i)));
     fmt::format_to(out, "{}", to_string(map.points[i].state));
     for (std::size_t k = 0; k < map.indices.size(); ++k)
       fmt::format_to(out, ",{}", cell(map.points[i].values[k] / map.indices[k].factor));
@@ -222,7 +302,7 @@ Json robots_of(const Map& map) {
   if (map.points.size() > most) return robots;
   const vjm::Manipulator manipulator = map.robot.manipulator.without_errors();
   for (const auto& pose : map.list.poses) {
-    const vjm::PostureResult found = posture_holding(manipulator, pose.platform, pose.held);
+    const vjm::PostureResult found = posture_to(manipulator, pose);
     robots.push_back(found.reached ? skeleton(manipulator, found.posture) : Json());
   }
   return robots;

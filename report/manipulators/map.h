@@ -28,6 +28,12 @@ struct Map {
   const std::vector<vjm::MapPoint>& points;
 };
 
+/// What a column of the joint "chain.joint" is called: "joint" where that is unique and no column
+/// of a path, else in full.
+std::string joint_column(const vjm::Robot& robot, const std::string& joint);
+/// The unit of length or angle in which the robot file has it.
+std::string joint_unit(const vjm::Robot& robot, const std::string& joint);
+
 /// Of the first index: where it is smallest, its mean and its largest value, over how many poses.
 std::string headline(const Map& map);
 /// How many poses are in which state, and the range of every index in its unit.

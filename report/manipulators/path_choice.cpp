@@ -75,27 +75,6 @@ std::string place_text(const PathChoiceText& said) {
 
 }  // namespace
 
-std::string joint_column(const vjm::Robot& robot, const std::string& joint) {
-  const std::string name =
-      coordinate_at(robot.manipulator, vjm::find_joint(robot.manipulator, joint)).name;
-  const auto is_name = [&name](const char* column) { return name == column; };
-  if (std::any_of(vjm::pose_columns.begin(), vjm::pose_columns.end(), is_name) ||
-      std::any_of(vjm::wrench_columns.begin(), vjm::wrench_columns.end(), is_name))
-    return joint;
-  try {
-    vjm::find_joint(robot.manipulator, name);
-    return name;
-  } catch (const std::invalid_argument&) {  // in several chains
-    return joint;
-  }
-}
-
-std::string joint_unit(const vjm::Robot& robot, const std::string& joint) {
-  const vjm::JointPlace place = vjm::find_joint(robot.manipulator, joint);
-  return is_rotation(coordinate_at(robot.manipulator, place).motion) ? robot.units.angle
-                                                                     : robot.units.length;
-}
-
 std::string sentence(const PathChoiceText& said) {
   const double given = worst_given(said), chosen = said.choice.worst;
   const bool more = vjm::is_more_better(said.index.index.kind);

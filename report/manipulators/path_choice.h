@@ -21,12 +21,6 @@ struct PathChoiceText {
   const vjm::JointStep& step;  // the largest, where joints are free; without a name: not said
 };
 
-/// What a column of the joint "chain.joint" is called: "joint" where that is unique and no column
-/// of a path, else in full.
-std::string joint_column(const vjm::Robot& robot, const std::string& joint);
-/// The unit of length or angle in which the robot file has it.
-std::string joint_unit(const vjm::Robot& robot, const std::string& joint);
-
 /// "At the worst pose of the path stiffness=1 0 0 is 1.9 times as good: 310 -> 590 N/mm, ..."
 std::string sentence(const PathChoiceText& said);
 /// The same, SI units; null where there is no number.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kinetostat/spatial/pose.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/load.h"
 
 namespace kinetostat::vjm {
@@ -18,7 +19,11 @@ struct TargetPose {
   Load load = {};
   /// Joints ("chain.joint") of a redundant robot that keep these values [m or rad] there.
   std::map<std::string, double> held = {};
+  bool is_by_joints = false;  // those held alone lead there, all others keep their home values
 };
+
+/// Throws std::invalid_argument for a joint that is unknown.
+PostureResult posture_to(const Manipulator& manipulator, const TargetPose& target);
 
 /// Target poses in order, or every n-th of them.
 struct PoseList {

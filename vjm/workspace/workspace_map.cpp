@@ -181,7 +181,7 @@ double critical_force(const Manipulator& manipulator, const TargetPose& target,
                       const std::vector<Manipulator>& finer) {
   double coarse = lumped_critical_force(manipulator, posture, target.load.nodes, index);
   for (const Manipulator& twice : finer) {
-    const PostureResult same = posture_holding(twice, target.platform, target.held);
+    const PostureResult same = posture_to(twice, target);
     if (!same.reached) return not_a_number;
     const double fine = lumped_critical_force(twice, same.posture, target.load.nodes, index);
     if (!std::isfinite(fine)) return fine;
@@ -194,7 +194,7 @@ double critical_force(const Manipulator& manipulator, const TargetPose& target,
 // Whether the equilibrium lasts when the beams have twice the segments.
 bool lasts_with(const std::vector<Manipulator>& finer, const TargetPose& target) {
   if (finer.empty()) return true;
-  const PostureResult posture = posture_holding(finer[0], target.platform, target.held);
+  const PostureResult posture = posture_to(finer[0], target);
   if (!posture.reached) return false;
   const Equilibrium loaded = equilibrium_under_load(finer[0], posture.posture, target.load);
   return loaded.status == EquilibriumStatus::converged && loaded.free.stable();
@@ -307,9 +307,8 @@ std::vector<PostureResult> postures_of(const Manipulator& manipulator, const Tar
   std::vector<PostureResult> found = postures_at(manipulator, together), all;
   auto next = found.begin();
   for (std::size_t i = 0; i < count; ++i)
-    all.push_back(targets[i].held.empty()
-                      ? std::move(*next++)
-                      : posture_holding(manipulator, targets[i].platform, targets[i].held));
+    all.push_back(targets[i].held.empty() ? std::move(*next++)
+                                          : posture_to(manipulator, targets[i]));
   return all;
 }
 
@@ -336,9 +335,7 @@ void find_whether_they_last(const TargetPose* targets, const std::vector<Manipul
   for (std::size_t i = 0; i < known.size(); ++i) {
     known[i].lasts = finer.empty();
     if (finer.empty() || !known[i].loaded) continue;
-    if (const PostureResult posture =
-            posture_holding(finer[0], targets[i].platform, targets[i].held);
-        posture.reached)
+    if (const PostureResult posture = posture_to(finer[0], targets[i]); posture.reached)
       chosen.add(i, posture);
   }
   if (finer.empty()) return;

@@ -178,7 +178,7 @@ TEST(MapCommand, PathMayHoldAJoint) {
   for (const auto& [text, says] :
        {std::pair("x,z,ry,arm.a12\n500,400,160,0\n", "Did you mean 'arm.a1'?"),
         std::pair("x,a1,arm.a1\n500,1,1\n", "another column means the same"),
-        std::pair("a1\n10\n", "no column states the pose")}) {
+        std::pair("fx\n10\n", "no column states the pose")}) {
     const Outcome outcome = mapped(text);
     EXPECT_EQ(outcome.code, 3) << text;
     EXPECT_THAT(outcome.err, HasSubstr(says)) << text;
@@ -254,6 +254,47 @@ TEST(MapCommand, ItsTableAgreesWithTheStiffnessCommand) {
   EXPECT_EQ(table.columns().back(), "stiffness=1 0 0 [N/mm]");
   // JAMRIS09 Table 1 in our numbers: 2.82e-4 mm/N.
   EXPECT_NEAR(1 / table.number(0, 7), 2.82e-4, 0.005e-4);
+}
+
+// A robot of three joints does not choose its orientation: no pose of a plain grid is reached, and
+// every one of a grid of joints is. Values are those of the stiffness command there.
+TEST(MapCommand, GoesOverTheJointsOfARobotOfOneChain) {
+  io::write_atomically(
+      working_folder() / "three.yaml",
+      "kinetostat: 1\nname: three\nunits: {length: m, force: N, angle: deg}\nlinks:\n"
+      "  upper: {rigid: [0.4, 0, 0]}\n  fore: {rigid: [0.3, 0, 0]}\n"
+      "chain_types:\n  arm:\n    - actuator: {name: q1, axis: Rz, stiffness: 1e5 N m/rad}\n"
+      "    - actuator: {name: q2, axis: Ry, stiffness: 8e4 N m/rad}\n    - link: upper\n"
+      "    - actuator: {name: q3, axis: Ry, stiffness: 5e4 N m/rad}\n    - link: fore\n"
+      "manipulator: {chain: arm}\n");
+  const std::string map = "map three.yaml --index stiffness=0,0,1 ";
+  const Outcome poses = kinetostat(map + "--grid x=0.3:0.6:3,y=0.1,z=-0.2");
+  EXPECT_THAT(poses.out, HasSubstr("--grid q3=FROM:TO:POINTS"));
+  ASSERT_EQ(kinetostat(map + "--grid q3=30:90:3,q2=-20:10:2 -o joints.csv").code, 0);
+  const io::CsvTable table = io::read_csv(working_folder() / "joints.csv");
+  ASSERT_EQ(table.rows(), 6u);
+  EXPECT_EQ(table.columns()[6], "q2 [deg]");
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const double q2 = table.number(row, 6) * M_PI / 180, q3 = table.number(row, 7) * M_PI / 180;
+    const double x = 0.4 * std::cos(q2) + 0.3 * std::cos(q2 + q3), x3 = 0.3 * std::cos(q2 + q3);
+    EXPECT_NEAR(table.number(row, 0), x, 1e-11);
+    EXPECT_NEAR(table.number(row, 9) * (x * x / 8e4 + x3 * x3 / 5e4), 1, 1e-9);  // levers
+  }
+  io::write_atomically(working_folder() / "path.csv", "q2,q3 [rad]\n10,0.5235987755982988\n");
+  const Outcome path = kinetostat(map + "--path path.csv -o path_map.csv");
+  ASSERT_EQ(path.code, 0) << path.err;
+  EXPECT_NEAR(io::read_csv(working_folder() / "path_map.csv").number(0, 9), table.number(1, 9),
+              1e-6 * table.number(1, 9));
+  for (const auto& [options, says] :
+       {std::pair(std::string("three.yaml --grid q2=0:1:2,x=1"), "not of both"),
+        std::pair(std::string("three.yaml --grid q2=0:1:2,arm.q2=1"), "given twice"),
+        std::pair(std::string("three.yaml --grid q7=0:1:2"), "name of a drive"),
+        std::pair(std::string("three.yaml --path path.csv --turn z"), "leave nothing to choose"),
+        std::pair(std::string("data/robots/orthoglide.yaml --grid x.rho=0:1:2"), "of one chain")}) {
+    const Outcome outcome = kinetostat("map --index weakest-translation " + options);
+    EXPECT_EQ(outcome.code, 2) << options;
+    EXPECT_THAT(outcome.err, HasSubstr(says)) << options;
+  }
 }
 
 TEST(MapCommand, CriticalForceIsWhatTheTraceEstimatesForItsBeams) {
