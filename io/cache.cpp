@@ -43,6 +43,11 @@ bool write(const std::filesystem::path& file, const std::string& bytes) {
   }
 }
 
+// From 0 to 1, all as likely, but the same for the same key.
+double by_chance(const std::string& key) {
+  return static_cast<double>(std::stoul(sha256(key).substr(0, 8), nullptr, 16)) / 0x1p32;
+}
+
 }  // namespace
 
 Cache::Cache(std::filesystem::path folder, std::uintmax_t limit)
@@ -87,9 +92,12 @@ std::optional<std::string> Cache::find(const std::string& key) const {
 bool Cache::keep(const std::string& key, const std::string& content) const {
   if (folder_.empty() || content.size() > limit_ / 4) return false;
   if (!write(entry(key), sealed(key, content))) return false;
-  // Looking through a large folder takes longer than keeping a small entry.
-  since_room_was_made_ = since_room_was_made_.value_or(limit_) + content.size();
-  if (*since_room_was_made_ > slack()) {
+  // Looking through a large folder takes longer than keeping a small entry: all processes together
+  // do so once for as much as is freed ahead, for each starts at a place of its own between.
+  since_room_was_made_ =
+      since_room_was_made_.value_or(by_chance(key) * static_cast<double>(slack())) +
+      static_cast<double>(content.size());
+  if (*since_room_was_made_ > static_cast<double>(slack())) {
     make_room();
     since_room_was_made_ = 0;
   }

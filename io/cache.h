@@ -16,7 +16,8 @@ class Cache {
  public:
   /// Finds nothing and keeps nothing.
   Cache() = default;
-  /// At most `limit` bytes in `folder`, which is made when something is kept.
+  /// About `limit` bytes in `folder`, which is made when something is kept: it is looked through
+  /// whenever an eighth of that has been kept, in the mean.
   explicit Cache(std::filesystem::path folder, std::uintmax_t limit = std::uintmax_t{1} << 30);
   /// In $XDG_CACHE_HOME/kinetostat, or ~/.cache/kinetostat. Keeps nothing when neither is known.
   static Cache of_user();
@@ -27,8 +28,8 @@ class Cache {
 
   /// The bytes kept under this key; an entry that is not sound is thrown away.
   std::optional<std::string> find(const std::string& key) const;
-  /// Keeps `content`, then removes the entries that were not used for longest until the limit is
-  /// held. False when nothing was kept: too large, no space, no permission.
+  /// Keeps `content`, then, now and again, removes the entries that were not used for longest until
+  /// the limit is held. False when nothing was kept: too large, no space, no permission.
   bool keep(const std::string& key, const std::string& content) const;
 
   /// How often this object found something.
@@ -37,12 +38,12 @@ class Cache {
  private:
   std::filesystem::path entry(const std::string& key) const;
   void make_room() const;
-  std::uintmax_t slack() const { return limit_ / 64; }  // space that is freed ahead
+  std::uintmax_t slack() const { return limit_ / 8; }  // space that is freed ahead
 
   std::filesystem::path folder_;
   std::uintmax_t limit_ = 0;
   mutable int hits_ = 0;
-  mutable std::optional<std::uintmax_t> since_room_was_made_;  // bytes; empty: never
+  mutable std::optional<double> since_room_was_made_;  // [bytes]; empty: nothing kept yet
 };
 
 }  // namespace kinetostat::io

@@ -186,12 +186,16 @@ std::vector<Axis> read_axes(const std::string& option, const std::string& grid,
     const std::size_t equals = part.find('=');
     const std::string name = part.substr(0, equals);
     const auto found = column_named(name, known, robot.manipulator);
-    if (equals == std::string::npos || !found || found->column.is_wrench())
-      throw UsageError(option,
-                       fmt::format("'{}' does not start with x=, y=, z=, rx=, ry=, rz= or the name "
-                                   "of a drive",
-                                   part),
-                       fmt::format("Write {} x=-50:50:11,y=-50:50:11,z=0", option));
+    if (equals == std::string::npos || !found || found->column.is_wrench()) {
+      const std::string near =
+          equals == std::string::npos ? "" : common::nearest_spelling(name, known);
+      throw UsageError(
+          option,
+          fmt::format("'{}' does not start with x=, y=, z=, rx=, ry=, rz= or the name of a drive",
+                      part),
+          near.empty() ? fmt::format("Write {} x=-50:50:11,y=-50:50:11,z=0", option)
+                       : fmt::format("Did you mean '{}'?", near));
+    }
     for (const Axis& other : axes)
       if (other.column.joint == found->column.joint && other.column.place == found->column.place)
         throw UsageError(option, fmt::format("'{}' is given twice", name));

@@ -90,7 +90,8 @@ TEST_F(CacheTest, LeftoversOfKilledProcessesGo) {
   std::filesystem::last_write_time(
       folder_.path() / ".1234.tmp",
       std::filesystem::file_time_type::clock::now() - std::chrono::hours(2));
-  cache_.keep("key", "value");
+  const Cache small(folder_.path(), 5000);  // so that it is looked through at once
+  small.keep("key", std::string(1000, 'x'));
   EXPECT_EQ(entries().size(), 1u);
 }
 
