@@ -177,9 +177,8 @@ void add_uncertainties(const GridRequest& request, const vjm::Robot& robot,
         {{"index", indices[k].name},
          {"budget",
           report::mean_budget_json(*uncertainty, static_cast<Eigen::Index>(k) * poses, poses)}});
-  run.print(report::wrapped(report::capitalised(indices[0].name) + ". " +
-                            report::range_sentence(*uncertainty, 0, poses)) +
-            "\n");
+  if (const std::string known = report::range_sentence(*uncertainty, 0, poses); !known.empty())
+    run.print(report::wrapped(report::capitalised(indices[0].name) + ". " + known) + "\n");
 }
 
 // Beside every pose what the first index was as given, and what was chosen.

@@ -193,7 +193,7 @@ std::string hint(const Map& map) {
   return fmt::format(
       " Where rx, ry and rz are not given a pose has no rotation. A grid of joints reaches all of "
       "its poses: --grid {}=FROM:TO:POINTS,...",
-      coordinate_at(map.robot.manipulator, drives.back()).name);
+      joint_column(map.robot, full_name(map.robot.manipulator, drives.back())));
 }
 
 }  // namespace

@@ -329,10 +329,11 @@ class Reader {
     if (const Element* ends = holder(e, "fromto", active)) {
       const std::vector<double> p = xml_.numbers(*ends, "fromto", 6);
       const Vector3 from(p[0], p[1], p[2]), to(p[3], p[4], p[5]);
+      const double length = (to - from).norm();
+      if (!(length > 0)) return std::nullopt;
       shape.pose = {
           Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), to - from).toRotationMatrix(),
           (from + to) / 2};
-      const double length = (to - from).norm();
       half = type == "box" || type == "ellipsoid"
                  ? std::vector<double>{half[0], half[0], length / 2}
                  : std::vector<double>{half[0], length / 2, 0};
