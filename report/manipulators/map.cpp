@@ -60,6 +60,7 @@ std::vector<JointColumn> joints_of(const Map& map) {
 
 std::string header(const Map& map) {
   std::vector<std::string> headings;
+  headings.reserve(vjm::pose_columns.size() + 1 + map.indices.size());
   for (const std::string name : vjm::pose_columns)
     headings.push_back(io::csv_cell(
         with_unit(name, name.size() == 1 ? map.robot.units.length : map.robot.units.angle)));
@@ -199,7 +200,7 @@ std::string hint(const Map& map) {
 }  // namespace
 
 std::string joint_column(const vjm::Robot& robot, const std::string& joint) {
-  const std::string name =
+  std::string name =
       coordinate_at(robot.manipulator, vjm::find_joint(robot.manipulator, joint)).name;
   const auto is_name = [&name](const char* column) { return name == column; };
   if (std::any_of(vjm::pose_columns.begin(), vjm::pose_columns.end(), is_name) ||
