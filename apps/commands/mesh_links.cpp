@@ -159,6 +159,7 @@ class BodyStudy {
       reasons.clear();
       for (const Shapes& shapes : both_kinds()) try {
           identify(shapes, faces);
+          if (!reasons.empty()) words_ += "; instead of " + reasons;
           links.links[body_.name] = entry();
           links.words.push_back(words_);
           return;

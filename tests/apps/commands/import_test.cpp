@@ -266,6 +266,23 @@ TEST(ImportCommand, FindsWhatIsNearAJointInTheMiddleOfALargeFace) {
   EXPECT_LT(found, 1.1 * bend);
 }
 
+TEST(ImportCommand, SaysThatACollisionShapeStandsForAMeshThatIsNotThere) {
+  write_robot_of_bars(working_folder());
+  std::string text = io::read_text(working_folder() / "bars.urdf");
+  const std::string mesh = "package://bar_parts/meshes/upper.stl'/></geometry></visual>";
+  text.replace(text.find(mesh), mesh.size(),
+               "package://other/upper.stl'/></geometry></visual><collision><origin xyz='.15 0 0'/>"
+               "<geometry><box size='.3 .04 .06'/></geometry></collision>");
+  io::write_atomically(working_folder() / "bars.urdf", text);
+  const Outcome outcome = kinetostat(
+      "import bars.urdf --package bar_parts=parts --identify --material aluminium "
+      "--joint-stiffness 5e4 -o bars.yaml");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              ContainsRegex("upper: held[^:]*its shape is[^:]*instead of[^:]*upper.stl"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("links.upper")));
+}
+
 TEST(ImportCommand, TakesNoMeshInMillimetresForOneInMetres) {
   write_robot_of_bars(working_folder());
   std::string text = io::read_text(working_folder() / "bars.urdf");
