@@ -133,6 +133,13 @@ void write_robot_of_bars(const std::filesystem::path& folder) {
       "xyz='0 1 0'/></joint></robot>");
 }
 
+void change_robot_of_bars(const std::string& old, const std::string& now) {
+  std::string text = io::read_text(working_folder() / "bars.urdf");
+  const std::size_t at = text.find(old);
+  ASSERT_NE(at, std::string::npos) << old;
+  io::write_atomically(working_folder() / "bars.urdf", text.replace(at, old.size(), now));
+}
+
 // Where the tool goes along an axis per newton: the difference of two loads, for the weight is in
 // the file.
 double yields(const std::string& axis, std::size_t number, const std::string& robot = "bars") {
@@ -186,11 +193,10 @@ TEST(ImportCommand, MakesOneSolidOfShellsThatStickInEachOther) {
   const std::filesystem::path meshes = working_folder() / "parts/meshes";
   io::write_atomically(meshes / "upper.stl", bar_stl(0, 0.19, 0.04, 0.06, false));
   io::write_atomically(meshes / "end.stl", bar_stl(-0.15, 0, 0.04, 0.06));
-  std::string text = io::read_text(working_folder() / "bars.urdf");
-  text.insert(text.find("<visual>"),
-              "<visual><origin xyz='.3 0 0'/><geometry><mesh filename='package://bar_parts/meshes/"
-              "end.stl'/></geometry></visual>");
-  io::write_atomically(working_folder() / "bars.urdf", text);
+  change_robot_of_bars(
+      "<visual>",
+      "<visual><origin xyz='.3 0 0'/><geometry><mesh filename='package://bar_parts/meshes/"
+      "end.stl'/></geometry></visual><visual>");
   const Outcome outcome = kinetostat(import + "shells.yaml");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, ContainsRegex("upper: held at the flat face of 24 cm.2[^:]*repaired"));
@@ -203,19 +209,14 @@ TEST(ImportCommand, MakesOneSolidOfShellsThatStickInEachOther) {
 // The same bars as boxes that the description gives by numbers.
 TEST(ImportCommand, IdentifiesLinksFromTheirPrimitiveShapes) {
   write_robot_of_bars(working_folder());
-  std::string text = io::read_text(working_folder() / "bars.urdf");
-  const auto take = [&text](const std::string& old, const std::string& now) {
-    text.replace(text.find(old), old.size(), now);
-  };
-  take("<geometry><mesh filename='package://bar_parts/meshes/upper.stl'/>",
-       "<origin xyz='.15 0 0'/><geometry><box size='.3 .04 .06'/>");
-  take(
+  change_robot_of_bars("<geometry><mesh filename='package://bar_parts/meshes/upper.stl'/>",
+                       "<origin xyz='.15 0 0'/><geometry><box size='.3 .04 .06'/>");
+  change_robot_of_bars(
       "<origin xyz='0 0 0' rpy='0 0 -1.5707963267948966'/><geometry><mesh "
       "filename='package://bar_parts/meshes/fore.stl' scale='.001 .001 .001'/>",
       "<origin xyz='0 -.15 0'/><geometry><box size='.04 .3 .06'/>");
-  take("<mesh filename='package://other/hand.stl'/>", "<sphere radius='0'/>");
-  take("<mass value='1.9'/>", "<mass value='.972'/>");
-  io::write_atomically(working_folder() / "bars.urdf", text);
+  change_robot_of_bars("<mesh filename='package://other/hand.stl'/>", "<sphere radius='0'/>");
+  change_robot_of_bars("<mass value='1.9'/>", "<mass value='.972'/>");
   const Outcome outcome = kinetostat(
       "import bars.urdf --identify --material aluminium --accuracy '2 %' --joint-stiffness 5e4 "
       "-o boxes.yaml");
@@ -234,10 +235,7 @@ TEST(ImportCommand, IdentifiesLinksFromTheirPrimitiveShapes) {
 // said.
 TEST(ImportCommand, HoldsALinkNearItsJointWhereNoFaceLiesAboutTheAxis) {
   write_robot_of_bars(working_folder());
-  std::string text = io::read_text(working_folder() / "bars.urdf");
-  const std::string axis = "<axis xyz='1 0 0'/>";
-  text.replace(text.find(axis), axis.size(), "<axis xyz='1 1 0.5'/>");
-  io::write_atomically(working_folder() / "bars.urdf", text);
+  change_robot_of_bars("<axis xyz='1 0 0'/>", "<axis xyz='1 1 0.5'/>");
   const Outcome outcome = kinetostat(
       "import bars.urdf --package bar_parts=parts --identify --material aluminium "
       "--joint-stiffness 5e4 -o near.yaml");
@@ -268,12 +266,10 @@ TEST(ImportCommand, FindsWhatIsNearAJointInTheMiddleOfALargeFace) {
 
 TEST(ImportCommand, SaysThatACollisionShapeStandsForAMeshThatIsNotThere) {
   write_robot_of_bars(working_folder());
-  std::string text = io::read_text(working_folder() / "bars.urdf");
-  const std::string mesh = "package://bar_parts/meshes/upper.stl'/></geometry></visual>";
-  text.replace(text.find(mesh), mesh.size(),
-               "package://other/upper.stl'/></geometry></visual><collision><origin xyz='.15 0 0'/>"
-               "<geometry><box size='.3 .04 .06'/></geometry></collision>");
-  io::write_atomically(working_folder() / "bars.urdf", text);
+  change_robot_of_bars(
+      "package://bar_parts/meshes/upper.stl'/></geometry></visual>",
+      "package://other/upper.stl'/></geometry></visual><collision><origin xyz='.15 0 0'/>"
+      "<geometry><box size='.3 .04 .06'/></geometry></collision>");
   const Outcome outcome = kinetostat(
       "import bars.urdf --package bar_parts=parts --identify --material aluminium "
       "--joint-stiffness 5e4 -o bars.yaml");
@@ -284,10 +280,7 @@ TEST(ImportCommand, SaysThatACollisionShapeStandsForAMeshThatIsNotThere) {
 
 TEST(ImportCommand, TakesNoMeshInMillimetresForOneInMetres) {
   write_robot_of_bars(working_folder());
-  std::string text = io::read_text(working_folder() / "bars.urdf");
-  const std::string scale = " scale='.001 .001 .001'";
-  text.erase(text.find(scale), scale.size());
-  io::write_atomically(working_folder() / "bars.urdf", text);
+  change_robot_of_bars(" scale='.001 .001 .001'", "");
   const Outcome outcome = kinetostat(
       "import bars.urdf --package bar_parts=parts --identify --material aluminium "
       "--joint-stiffness 5e4 -o bars.yaml");

@@ -257,7 +257,7 @@ TEST(MapCommand, ItsTableAgreesWithTheStiffnessCommand) {
 }
 
 // A robot of three joints does not choose its orientation: no pose of a plain grid is reached, and
-// every one of a grid of joints is. Values are those of the stiffness command there.
+// every one of a grid of joints is. Values are those of the levers of its joints.
 TEST(MapCommand, GoesOverTheJointsOfARobotOfOneChain) {
   io::write_atomically(
       working_folder() / "three.yaml",
