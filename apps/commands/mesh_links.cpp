@@ -69,7 +69,7 @@ std::string file_name(const std::string& body) {
 
 constexpr double stored_unit = 1e-3;  // [m] of the meshes beside the robot file
 
-SurfaceMesh surface_of(const vjm::PrimitiveSolid& solid) {
+SurfaceMesh primitive_surface(const vjm::PrimitiveSolid& solid) {
   using Kind = vjm::PrimitiveSolid::Kind;
   if (solid.kind == Kind::box) return fea::box_surface(-solid.edges / 2, solid.edges / 2);
   return solid.kind == Kind::cylinder ? fea::cylinder_surface(solid.radius, solid.length)
@@ -187,7 +187,7 @@ class BodyStudy {
     SurfaceMesh all;
     for (const vjm::DescribedShape& shape : shapes) {
       if (shape.file.empty()) {
-        fea::append(all, placed(mesh_links::surface_of(shape.solid), shape));
+        fea::append(all, placed(primitive_surface(shape.solid), shape));
         continue;
       }
       const fs::path file = mesh_file(shape.file, robot_.file, request_.packages);

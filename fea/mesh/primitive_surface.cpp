@@ -4,8 +4,6 @@
 #include <initializer_list>
 #include <numbers>
 
-#include "kinetostat/common/index.h"
-
 namespace kinetostat::fea {
 namespace primitive_surface {
 namespace {
@@ -69,14 +67,14 @@ SurfaceMesh cylinder_surface(double radius, double length) {
 SurfaceMesh capsule_surface(double radius, double length) {
   using namespace primitive_surface;
   const double corner = corner_radius() * radius;
+  constexpr int quarter = sides / 4;
   std::vector<Ring> rings;
-  for (const int half : {-1, 1})
-    for (int k = 1; k <= sides / 4; ++k) {
-      const double up = step * (half < 0 ? k - sides / 4 : k - 1);
-      if (half > 0 && k == 1 && !(length > 0)) continue;  // one equator
-      rings.push_back(
-          {corner * corner_radius() * std::cos(up), half * length / 2 + corner * std::sin(up)});
-    }
+  const auto add = [&](int k, double z) {
+    rings.push_back(
+        {corner * corner_radius() * std::cos(step * k), z + corner * std::sin(step * k)});
+  };
+  for (int k = 1 - quarter; k <= 0; ++k) add(k, -length / 2);
+  for (int k = length > 0 ? 0 : 1; k < quarter; ++k) add(k, length / 2);  // a ball has one equator
   return turned(-length / 2 - corner, rings, length / 2 + corner);
 }
 

@@ -350,7 +350,7 @@ class Reader {
       shape.solid = {.kind = Kind::capsule, .radius = 1};
       shape.scale = {half[0], half[1], half[2]};
     }
-    if (!shape.solid.has_volume() || !(shape.scale.prod() != 0)) return std::nullopt;
+    if (shape.is_empty() || shape.scale.prod() == 0) return std::nullopt;
     return shape;
   }
 

@@ -37,6 +37,7 @@ struct DescribedShape {
   spatial::Vector3 scale = spatial::Vector3::Ones();  // of its coordinates, to metres
   bool is_collision = false;                          // else to look at
 
+  bool is_empty() const { return file.empty() && !solid.has_volume(); }
   /// "arm.dae", without folders, or "a box".
   std::string name() const;
 };

@@ -76,7 +76,7 @@ class Reader {
         const Element* geometry = XmlFile::child(*e, "geometry");
         if (geometry == nullptr) continue;
         DescribedShape shape = read_shape(*geometry);
-        if (shape.file.empty() && !shape.solid.has_volume()) continue;
+        if (shape.is_empty()) continue;
         shape.pose = read_origin(*e);
         shape.is_collision = std::string_view(kind) == "collision";
         link.shapes.push_back(std::move(shape));
