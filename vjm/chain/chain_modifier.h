@@ -11,7 +11,9 @@ namespace kinetostat::vjm {
 /// `element` is "base", "end", a joint or a link; all throw std::invalid_argument for another name.
 class ChainModifier {
  public:
-  explicit ChainModifier(Chain chain) : chain_(std::move(chain)) {}
+  explicit ChainModifier(Chain chain) : chain_(std::move(chain)), laws_(chain_.laws().size()) {}
+  /// Takes all changes back. `original`: the chain that it started from.
+  void take_back(const Chain& original);
 
   /// The chain with all changes so far.
   const Chain& chain() const& { return chain_; }
@@ -52,6 +54,8 @@ class ChainModifier {
   ChainDisplacement& displacement_at(const std::string& element, bool in_front);
 
   Chain chain_;
+  std::size_t laws_;            // at the start
+  bool has_laws_alone_ = true;  // among its changes
 };
 
 }  // namespace kinetostat::vjm

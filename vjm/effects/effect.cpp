@@ -340,34 +340,24 @@ std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
 
 }  // namespace
 
-std::optional<Chain> chain_with_effects(const Manipulator& manipulator, std::size_t chain,
-                                        const std::vector<Effect>& effects,
-                                        const Conditions& conditions, const Histories& histories) {
-  std::optional<Chain> made;
-  if (!make_with_effects(manipulator, chain, effects, conditions, histories, made))
-    return std::nullopt;
-  return made;
+bool act_on(std::size_t chain, const std::vector<Effect>& effects) {
+  return std::any_of(effects.begin(), effects.end(), [&](const Effect& effect) {
+    return std::any_of(effect.sites.begin(), effect.sites.end(),
+                       [&](const EffectSite& site) { return site.chain == chain; });
+  });
 }
 
-bool make_with_effects(const Manipulator& manipulator, std::size_t chain,
-                       const std::vector<Effect>& effects, const Conditions& conditions,
-                       const Histories& histories, std::optional<Chain>& made) {
-  std::optional<ChainModifier> changed;
+void put_on(std::size_t chain, const std::vector<Effect>& effects, const Conditions& conditions,
+            const Histories& histories, ChainModifier& modifier) {
   for (const std::size_t e : in_order(effects)) {
     const Effect& effect = effects[e];
     const Index size = effect.kind->history;
     for (std::size_t s = 0; s < effect.sites.size(); ++s) {
       if (effect.sites[s].chain != chain) continue;
-      if (!changed) {
-        made = manipulator.chains().at(chain);
-        changed.emplace(*std::move(made));
-      }
       const Eigen::VectorXd before = histories[e].segment(static_cast<Index>(s) * size, size);
-      effect.kind->act(*changed, effect.sites[s].element, {effect.values, conditions, before});
+      effect.kind->act(modifier, effect.sites[s].element, {effect.values, conditions, before});
     }
   }
-  if (changed) made = std::move(*changed).chain();
-  return changed.has_value();
 }
 
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
@@ -375,8 +365,11 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
   if (effects.empty()) return manipulator;
   std::vector<Chain> chains;
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
-    auto changed = chain_with_effects(manipulator, c, effects, conditions, histories);
-    chains.push_back(changed ? *std::move(changed) : manipulator.chains()[c]);
+    chains.push_back(manipulator.chains()[c]);
+    if (!act_on(c, effects)) continue;
+    ChainModifier modifier(std::move(chains.back()));
+    put_on(c, effects, conditions, histories, modifier);
+    chains.back() = std::move(modifier).chain();
   }
   return manipulator.with_chains(std::move(chains));
 }

@@ -340,14 +340,11 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
                          const Conditions& conditions, const Histories& histories);
 /// Under neutral conditions, without history.
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects);
-/// One chain of it. nullopt: no effect acts there.
-std::optional<Chain> chain_with_effects(const Manipulator& manipulator, std::size_t chain,
-                                        const std::vector<Effect>& effects,
-                                        const Conditions& conditions, const Histories& histories);
-/// The same in the memory of another one of the manipulator. False: no effect acts there.
-bool make_with_effects(const Manipulator& manipulator, std::size_t chain,
-                       const std::vector<Effect>& effects, const Conditions& conditions,
-                       const Histories& histories, std::optional<Chain>& made);
+/// Whether one of them has a site on a chain.
+bool act_on(std::size_t chain, const std::vector<Effect>& effects);
+/// One chain of it, from `modifier` of that without them.
+void put_on(std::size_t chain, const std::vector<Effect>& effects, const Conditions& conditions,
+            const Histories& histories, ChainModifier& modifier);
 /// Whether an effect has a part in readings that are taken so.
 bool acts_under(const EffectKind& kind, const Conditions& conditions);
 /// How readings are taken under the effects.

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/watcher.h"
 #include "kinetostat/vjm/statics/equilibrium_residuals.h"
 #include "kinetostat/vjm/statics/equilibrium_state.h"
@@ -28,6 +31,11 @@ struct EffectModel::Case {
 };
 
 namespace {
+
+std::uint64_t next_number() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
 
 VectorXd history_at(const VectorXd& history, std::size_t site, Index size) {
   return history.segment(static_cast<Index>(site) * size, size);
@@ -64,7 +72,8 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
     : bare_(std::move(bare)),
       effects_(std::move(effects)),
       options_(options),
-      fixed_(with_effects(bare_, fixed_ones(effects_))) {
+      fixed_(with_effects(bare_, fixed_ones(effects_))),
+      number_(next_number()) {
   std::set<std::size_t> with_history;
   for (std::size_t e = 0; e < effects_.size(); ++e) {
     const EffectKind& kind = *effects_[e].kind;
@@ -147,15 +156,27 @@ std::optional<Manipulator> EffectModel::varied(const Load& stated, Conditions& c
   return with_effects(fixed_, varying_effects_, conditions, of_varying(before));
 }
 
-// One chain of it, good until the thread asks for another.
+// One chain of it, good until the thread asks for another. Readings follow each other in one model,
+// and mostly what was put on for the last can be taken off again.
 const Chain& EffectModel::varied_chain(std::size_t chain, const Load& stated,
                                        Conditions& conditions, const Histories& before) const {
-  thread_local std::optional<Chain> made;
-  if (varying_.empty()) return fixed_.chains()[chain];
-  add_load(stated, conditions);
-  const bool is_changed =
-      make_with_effects(fixed_, chain, varying_effects_, conditions, of_varying(before), made);
-  return is_changed ? *made : fixed_.chains()[chain];
+  struct Made {
+    std::uint64_t model = 0;  // 0: none
+    std::size_t chain = 0;
+    std::optional<ChainModifier> modifier = {};
+  };
+  thread_local Made made;
+  const Chain& original = fixed_.chains()[chain];
+  if (!varying_.empty()) add_load(stated, conditions);
+  if (!act_on(chain, varying_effects_)) return original;
+  if (std::exchange(made.model, 0) == number_ && made.chain == chain)
+    made.modifier->take_back(original);
+  else
+    made.modifier.emplace(original);
+  put_on(chain, varying_effects_, conditions, of_varying(before), *made.modifier);
+  made.model = number_;
+  made.chain = chain;
+  return made.modifier->chain();
 }
 
 Histories EffectModel::of_varying(const Histories& all) const {

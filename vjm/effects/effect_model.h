@@ -2,6 +2,7 @@
 // with everything that effects carry along.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -115,7 +116,8 @@ class EffectModel {
   Manipulator bare_;
   std::vector<Effect> effects_;
   EquilibriumOptions options_;
-  Manipulator fixed_;  // with the effects that are the same for all readings
+  Manipulator fixed_;     // with the effects that are the same for all readings
+  std::uint64_t number_;  // another for each model; copies are the same
   std::vector<std::size_t> varying_;
   std::vector<Effect> varying_effects_;
   Watch watch_;

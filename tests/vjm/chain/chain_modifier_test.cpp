@@ -7,6 +7,8 @@
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 
+#include "vjm/effect_catalogue.h"
+
 namespace kinetostat::vjm::chain_modifier_test {
 namespace {
 
@@ -68,6 +70,48 @@ TEST(ChainModifier, AMassAtTheEndIsBesideDisplacementsOfTheEnd) {
   evaluate(modifier.chain(), VectorXd::Zero(2), at);
   ASSERT_EQ(at.nodes.size(), 1u);
   EXPECT_LT((at.nodes[0] - (spatial::Vector3(0.5, 0, 0) + center)).norm(), 1e-15);
+}
+
+void expect_same(const Pose& a, const Pose& b) {
+  EXPECT_EQ(a.rotation(), b.rotation());
+  EXPECT_EQ(a.position(), b.position());
+}
+
+// Whatever effects put on it.
+TEST(ChainModifier, TakesAllBack) {
+  int laws_alone = 0, others = 0;
+  for (const test::Bench& bench : {test::parallel_bench(), test::arm_bench()})
+    for (const Effect& effect : bench.effects) {
+      if (!effect.kind->acts_on_chains()) continue;
+      SCOPED_TRACE(bench.name + " " + effect.kind->name);
+      const auto& [c, element] = effect.sites[0];
+      const Chain& original = bench.manipulator.chains()[c];
+      const Eigen::VectorXd history = Eigen::VectorXd::Zero(effect.kind->history);
+      Conditions conditions;
+      conditions.temperature = 30;
+      ChainModifier modifier(original);
+      for (int times = 0; times < 2; ++times) {
+        effect.kind->act(modifier, element, {effect.values, conditions, history});
+        const bool has_law = modifier.chain().laws().size() > original.laws().size();
+        (has_law ? laws_alone : others) += 1;
+        modifier.take_back(original);
+        const Chain& back = modifier.chain();
+        EXPECT_EQ(back.stiffness(), original.stiffness());
+        EXPECT_EQ(back.laws().size(), original.laws().size());
+        EXPECT_EQ(back.size(), original.size());
+        EXPECT_EQ(back.masses().size(), original.masses().size());
+        EXPECT_EQ(back.nodes().size(), original.nodes().size());
+        EXPECT_EQ(back.displacements().size(), original.displacements().size());
+        EXPECT_EQ(back.transmission_errors().size(), original.transmission_errors().size());
+        ASSERT_EQ(back.joints().size(), original.joints().size());
+        for (std::size_t j = 0; j < back.joints().size(); ++j)
+          expect_same(back.joints()[j].before, original.joints()[j].before);
+        expect_same(back.tail(), original.tail());
+        EXPECT_EQ(back.has_errors(), original.has_errors());
+      }
+    }
+  EXPECT_GT(laws_alone, 20);
+  EXPECT_GT(others, 20);
 }
 
 }  // namespace
