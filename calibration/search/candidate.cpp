@@ -237,21 +237,21 @@ Candidate at_size(const Candidate& candidate, double leading, double others) {
   return result;
 }
 
-std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind) {
+std::vector<TriedSizes> sizes_of(const vjm::EffectKind& kind) {
   const auto& parameters = kind.parameters;
-  std::vector<std::pair<double, double>> sizes = {{1, 1}, {0.2, 1}};
-  if (parameters.front().lower < parameters.front().none) sizes.emplace_back(-1, 1);
-  if (parameters.front().lower == parameters.front().none)
-    sizes.insert(sizes.end(), {{0.04, 1}, {0.008, 1}});
+  const vjm::EffectParameter& leading = parameters.front();
+  std::vector<TriedSizes> all = {{{1, 1}, {0.2, 1}}};
+  if (leading.lower == leading.none) all[0].insert(all[0].end(), {{0.04, 1}, {0.008, 1}});
+  if (leading.lower < leading.none) all.push_back({{-1, 1}});
   const bool has_others = std::any_of(parameters.begin() + 1, parameters.end(),
                                       [](const auto& parameter) { return parameter.required; });
-  if (has_others) sizes.insert(sizes.end(), {{1, 0.2}, {1, 0.04}, {1, 0.008}});
+  if (has_others) all.push_back({{1, 0.2}, {1, 0.04}, {1, 0.008}});
   // A shape of either sign.
   if (std::any_of(parameters.begin() + 1, parameters.end(), [](const auto& parameter) {
         return parameter.required && parameter.lower < parameter.none;
       }))
-    sizes.insert(sizes.end(), {{1, -1}, {1, -0.2}});
-  return sizes;
+    all.push_back({{1, -1}, {1, -0.2}});
+  return all;
 }
 
 std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare) {

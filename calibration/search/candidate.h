@@ -60,9 +60,15 @@ bool can_only_grow(const vjm::EffectParameter& parameter);
 /// distance from nothing, and what else must be given at `others` times.
 Candidate at_size(const Candidate& candidate, double leading, double others);
 
-/// Sizes (leading, others) at which the shape of a signature is looked at: gaps, breakaway forces
-/// and corners show another shape when they are small beside what the readings do to them.
-std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind);
+/// As at_size() takes them.
+struct TriedSize {
+  double leading, others;
+};
+/// TriedSizes at which the shape of a signature is looked at, each list from large to small by
+/// fifths: gaps, breakaway forces and corners show another shape when they are small beside what
+/// the readings do to them.
+using TriedSizes = std::vector<TriedSize>;
+std::vector<TriedSizes> sizes_of(const vjm::EffectKind& kind);
 
 /// The candidate with each of the values that design may have fixed.
 std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -31,16 +32,47 @@ double growth_to_be_seen(double length) {
   return length >= seen || length < least_visible / most ? 1 : most;
 }
 
-// Does the change of the readings grow with the size of the effect, by its derivatives? Then it
-// does the same at every smaller size: laws with corners leave the line behind the first. So does
-// one that does nothing, as a temperature does that no reading states.
-bool grows_with_size(const vjm::Effect& effect, const VectorXd& change, const MatrixXd& by_values) {
+// What of the change of the readings does not grow with the size of the effect, by its derivatives,
+// as a share of the change. Where it is next to nothing the effect does the same at every smaller
+// size: laws with corners leave the line behind the first. So does one that does nothing, as a
+// temperature does that no reading states.
+double share_of_bend(const vjm::Effect& effect, const VectorXd& change, const MatrixXd& by_values) {
   constexpr double nothing = 1e-4 * least_visible;
   VectorXd along = VectorXd::Zero(change.size());
   for (Index k = 0; k < by_values.cols(); ++k)
     if (const auto i = static_cast<std::size_t>(k); is_size(*effect.kind, i))
       along += (effect.values[k] - effect.kind->parameters[i].none) * by_values.col(k);
-  return (along - change).norm() < std::max(0.02 * change.norm(), nothing);
+  const double bend = (along - change).norm();
+  return bend < nothing ? 0 : bend / change.norm();
+}
+
+constexpr double straight = 0.02;  // share of bend of what only grows with its size
+
+// Whether the last two signatures of a law, each at a fifth of the size before, point so nearly the
+// same way that the next will do so, too: it turns by a fifth as much again, or by a third where
+// corners are narrow.
+bool has_settled(std::span<const Signature> smaller_and_smaller) {
+  constexpr double still_to_turn = 1.0 / 3;
+  const std::size_t count = smaller_and_smaller.size();
+  if (count < 2) return false;
+  const MatrixXd& before = smaller_and_smaller[count - 2].columns;
+  const MatrixXd& last = smaller_and_smaller[count - 1].columns;
+  for (Index k = 0; k < last.cols(); ++k)
+    if ((before.col(k).normalized() - last.col(k).normalized()).norm() * still_to_turn > straight)
+      return false;
+  return true;
+}
+
+// Whether all that says how large an effect is has grown by a factor, and nothing was at a limit.
+bool is_times(double factor, const vjm::Effect& small, const vjm::Effect& large) {
+  for (Index k = 0; k < small.values.size(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const double none = small.kind->parameters[i].none;
+    const double expected =
+        is_size(*small.kind, i) ? none + factor * (small.values[k] - none) : small.values[k];
+    if (std::abs(large.values[k] - expected) > 1e-9 * std::abs(expected)) return false;
+  }
+  return true;
 }
 
 double usual_interval(const Campaign& campaign) {
@@ -422,34 +454,61 @@ std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& p
     // How the effect acts shows as far as the effect itself does.
     signature.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
   }
-  const bool is_proportional =
-      for_direction && grows_with_size(candidate.effect, change, by_values);
-  return Look{std::move(signature), is_proportional};
+  const double bend = for_direction ? share_of_bend(candidate.effect, change, by_values) : 1;
+  return Look{std::move(signature), bend};
+}
+
+// At the usual size, or ten times as large to be seen: what only grows is known there without
+// another look.
+std::optional<CandidateFitter::Look> CandidateFitter::first_look(
+    const Predictor& predictor, std::vector<Candidate>& added, const Candidate& candidate,
+    bool for_direction, const FittedModel& beside, common::Progress& progress) const {
+  added.back() = resolved(at_size(candidate, 1, 1));
+  auto look = look_at(predictor, added, 1, for_direction, beside, progress);
+  if (!look) return std::nullopt;
+  const double growth = growth_to_be_seen(look->signature.columns.col(0).norm());
+  if (growth == 1) return look;
+  const vjm::Effect usual = added.back().effect;
+  added.back() = resolved(at_size(candidate, growth, 1));
+  if (look->bend * growth > straight || !is_times(growth, usual, added.back().effect))
+    return look_at(predictor, added, growth, for_direction, beside, progress);
+  Signature& signature = look->signature;
+  const std::vector<Index> values = values_of_columns(usual, robot_.without_effects());
+  for (Index at = 0; at < signature.columns.cols(); ++at) {
+    const Index value = values[static_cast<std::size_t>(at)];
+    if (value > 0 && !usual.kind->parameters[static_cast<std::size_t>(value)].is_shape) continue;
+    signature.columns.col(at) *= growth;
+    signature.growth[at] = growth;
+  }
+  return look;
 }
 
 void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate& candidate,
                                      std::vector<Candidate> added, const FittedModel& beside,
                                      Signatures& signatures, common::Progress& progress) const {
-  const auto sizes = sizes_of(*candidate.effect.kind);
-  double growth = 0;  // not known yet
-  for (const auto& [leading, others] : sizes) {
-    // A signature that only grows with its size is the same direction at every size.
-    const bool for_direction =
-        std::pair(leading, others) == sizes.front() && sizes.back().second == 1;
-    added.back() = resolved(at_size(candidate, std::max(1.0, growth) * leading, others));
-    auto look = look_at(predictor, added, std::max(1.0, growth), for_direction, beside, progress);
-    if (look && growth == 0) {
-      growth = growth_to_be_seen(look->signature.columns.col(0).norm());
-      if (growth > 1) {
-        added.back() = resolved(at_size(candidate, growth * leading, others));
-        look = look_at(predictor, added, growth, for_direction, beside, progress);
+  const std::vector<TriedSizes> all = sizes_of(*candidate.effect.kind);
+  // A signature that only grows with its size is the same direction at every size.
+  const bool may_only_grow = std::all_of(
+      all.begin(), all.end(), [](const TriedSizes& sizes) { return sizes.front().others == 1; });
+  std::optional<double> growth;  // not known yet
+  for (const TriedSizes& sizes : all) {
+    const std::size_t first = signatures.all.size();
+    for (const auto& [leading, others] : sizes) {
+      if (has_settled(std::span(signatures.all).subspan(first))) break;
+      std::optional<Look> look;
+      if (!growth) {
+        look = first_look(predictor, added, candidate, may_only_grow, beside, progress);
+        growth = look ? look->signature.growth[0] : 1;
+      } else {
+        added.back() = resolved(at_size(candidate, *growth * leading, others));
+        look = look_at(predictor, added, *growth, false, beside, progress);
       }
+      if (!look) signatures.failure = "the model with it has no equilibrium for some reading";
+      if (!look || !look->signature.columns.allFinite()) continue;
+      signatures.all.push_back(std::move(look->signature));
+      signatures.starts.push_back(added.back());
+      if (look->bend < straight) return;
     }
-    if (!look) signatures.failure = "the model with it has no equilibrium for some reading";
-    if (!look || !look->signature.columns.allFinite()) continue;
-    signatures.all.push_back(std::move(look->signature));
-    signatures.starts.push_back(added.back());
-    if (look->is_proportional) break;
   }
 }
 

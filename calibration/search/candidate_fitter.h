@@ -154,13 +154,16 @@ class CandidateFitter {
                                  common::Progress& progress) const;
   struct Look {
     Signature signature;
-    bool is_proportional = false;  // the signature grows with the size of the effect
+    double bend = 1;  // share of it that does not grow with the size of the effect
   };
   // At the last candidate with its current values, which are `growth` times usual; only
-  // `for_direction` is it seen whether it is proportional. nullopt if the model has no equilibrium.
+  // `for_direction` is its bend looked at. nullopt if the model has no equilibrium.
   std::optional<Look> look_at(const Predictor& predictor, const std::vector<Candidate>& added,
                               double growth, bool for_direction, const FittedModel& beside,
                               common::Progress& progress) const;
+  std::optional<Look> first_look(const Predictor& predictor, std::vector<Candidate>& added,
+                                 const Candidate& candidate, bool for_direction,
+                                 const FittedModel& beside, common::Progress& progress) const;
   // Adds the signatures of one design, in the place of the last candidate.
   void add_signatures(const Predictor& predictor, const Candidate& candidate,
                       std::vector<Candidate> added, const FittedModel& beside,

@@ -70,5 +70,64 @@ TEST(CandidateFitter, CondensedFitsEndWhereFitsDo) {
   EXPECT_LT(evaluations, of_whole_fits);
 }
 
+// In differences, so that no frame is fitted.
+class SignaturesOfAnArm : public testing::Test {
+ protected:
+  // Of the readings, where one more effect acts beside the fitted model and all else stays.
+  Eigen::VectorXd change_with(const Candidate& candidate) {
+    return fitter_.as_fitted({candidate}, base_, silent_).at.residual - base_.at.residual;
+  }
+
+  const std::string folder_ = KINETOSTAT_SOURCE_DIR "/data/measurements/arm_hysteresis/";
+  const vjm::Robot robot_ = vjm::read_robot(folder_ + "robot.yaml");
+  const Campaign campaign_ = read_campaign(folder_ + "campaign.yaml", robot_.manipulator);
+  const Noise noise_ = noise_of(campaign_, {});
+  common::Progress silent_;
+  const CandidateFitter fitter_{robot_, campaign_, noise_, 1, silent_};
+  const BaseFit base_ = fitter_.fit({}, nullptr, silent_);
+};
+
+TEST_F(SignaturesOfAnArm, AreTheChangesOfTheReadings) {
+  int grown = 0, all = 0;
+  for (const Candidate& candidate :
+       candidates(robot_, {"geometric_error", "bearing_compliance", "clearance", "wrench_gain"})) {
+    SCOPED_TRACE(candidate.name());
+    const auto signatures = fitter_.signatures_of(candidate, {}, base_, silent_);
+    for (std::size_t i = 0; i < signatures.all.size(); ++i) {
+      const Signature& signature = signatures.all[i];
+      const Eigen::VectorXd change = change_with(signatures.starts[i]);
+      const bool is_grown = signature.growth[0] > 1;
+      EXPECT_LE((signature.columns.col(0) - change).norm(),
+                (is_grown ? 0.02 : 1e-6) * change.norm() + 1e-9);
+      grown += is_grown ? 1 : 0;
+      ++all;
+    }
+  }
+  EXPECT_GE(grown, 3);
+  EXPECT_GT(all, 2 * grown);
+}
+
+// Smaller and smaller ones are left out where they would be the same again.
+TEST_F(SignaturesOfAnArm, LeaveOutWhatIsAlike) {
+  int left_out = 0;
+  for (const Candidate& candidate : candidates(robot_, {"clearance", "friction", "hardening"})) {
+    SCOPED_TRACE(candidate.name());
+    const auto signatures = fitter_.signatures_of(candidate, {}, base_, silent_);
+    if (signatures.all.empty() || signatures.all[0].columns.col(0).norm() < least_visible) continue;
+    const Candidate smallest = at_size(candidate, 0.008, 1);
+    const Eigen::VectorXd direction = change_with(smallest).normalized();
+    double nearest = 2;
+    bool is_there = false;
+    for (std::size_t i = 0; i < signatures.all.size(); ++i) {
+      nearest =
+          std::min(nearest, (signatures.all[i].columns.col(0).normalized() - direction).norm());
+      is_there |= signatures.starts[i].effect.values == smallest.effect.values;
+    }
+    EXPECT_LT(nearest, 0.03);
+    left_out += is_there ? 0 : 1;
+  }
+  EXPECT_GE(left_out, 3);
+}
+
 }  // namespace
 }  // namespace kinetostat::calibration::candidate_fitter_test
