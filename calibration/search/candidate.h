@@ -64,7 +64,7 @@ Candidate at_size(const Candidate& candidate, double leading, double others);
 struct TriedSize {
   double leading, others;
 };
-/// TriedSizes at which the shape of a signature is looked at, each list from large to small by
+/// Sizes at which the shape of a signature is looked at, each list from large to small by
 /// fifths: gaps, breakaway forces and corners show another shape when they are small beside what
 /// the readings do to them.
 using TriedSizes = std::vector<TriedSize>;

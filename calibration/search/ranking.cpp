@@ -74,16 +74,17 @@ double log_prior(const DiagnosisStep& step, const RankedCandidate& ranked) {
   return -std::log(static_cast<double>(places) * static_cast<double>(ranked.candidate.designs));
 }
 
-// The most probable first.
+// The most probable first; where only rounding differs, the most significant.
 std::vector<std::size_t> order_of(const DiagnosisStep& step) {
   std::vector<std::size_t> order(step.ranking.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto key = [&](std::size_t i) {
+    constexpr double rounding = 1e-6;  // of log evidence
     const RankedCandidate& r = step.ranking[i];
     return std::tuple(r.fit                    ? 0
                       : r.unobservable.empty() ? 1
                                                : 2,
-                      r.fit ? -r.fit->log_evidence : -r.significance);
+                      r.fit ? -std::round(r.fit->log_evidence / rounding) : 0, -r.significance);
   };
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
