@@ -6,6 +6,7 @@ import { join } from "node:path";
 
 const program = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
 const notInstalled = 77;
+const patience = 180; // for the answer to one command [s]
 
 const skip = (why) => {
   console.log(`${why}: not checked`);
@@ -45,6 +46,11 @@ export class Browser {
     this.waiting = new Map();
     this.problems = []; // errors of pages, in words
     this.requests = []; // addresses that pages asked for
+    this.process.on("exit", (code, signal) => {
+      this.ended = new Error(`chromium ended (${signal ?? `exit code ${code}`})`);
+      this.waiting.forEach(({ reject }) => reject(this.ended));
+    });
+    for (const pipe of this.process.stdio.slice(3)) pipe.on("error", () => {}); // it has ended: said there
     let text = "";
     this.process.stdio[4].setEncoding("utf8").on("data", (chunk) => {
       text += chunk;
@@ -73,11 +79,19 @@ export class Browser {
   }
 
   send(method, params = {}) {
+    if (this.ended) return Promise.reject(this.ended);
     const id = this.next++;
     this.process.stdio[3].write(
       `${JSON.stringify({ id, method, params, sessionId: this.session })}\0`,
     );
-    return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
+    return new Promise((resolve, reject) => {
+      const late = setTimeout(() => reject(new Error(`${method}: chromium did not answer for ${patience} s`)), 1000 * patience);
+      const settled = (settle) => (value) => {
+        clearTimeout(late);
+        settle(value);
+      };
+      this.waiting.set(id, { resolve: settled(resolve), reject: settled(reject) });
+    });
   }
 
   /** `again`: the page that is open stays, and is made as wide and as dark as that. */
