@@ -6,7 +6,7 @@ import { join } from "node:path";
 
 const program = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
 const notInstalled = 77;
-const patience = 180; // for the answer to one command [s]
+const patience = 600; // for the answer to one command [s]
 
 const skip = (why) => {
   console.log(`${why}: not checked`);
@@ -38,6 +38,10 @@ export class Browser {
         "--hide-scrollbars",
         "--disable-background-networking",
         "--no-first-run",
+        // A page that counts as hidden gets no frames, and who waits for one waits for ever.
+        "--disable-backgrounding-occluded-windows",
+        "--disable-renderer-backgrounding",
+        "--disable-background-timer-throttling",
         "about:blank",
       ],
       { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] },
@@ -85,7 +89,7 @@ export class Browser {
       `${JSON.stringify({ id, method, params, sessionId: this.session })}\0`,
     );
     return new Promise((resolve, reject) => {
-      const late = setTimeout(() => reject(new Error(`${method}: chromium did not answer for ${patience} s`)), 1000 * patience);
+      const late = setTimeout(() => reject(new Error(`${method} ${params.expression ?? ""}: chromium did not answer for ${patience} s`)), 1000 * patience);
       const settled = (settle) => (value) => {
         clearTimeout(late);
         settle(value);
@@ -103,6 +107,7 @@ export class Browser {
       ).sessionId;
       for (const domain of ["Page", "Runtime", "Log", "Network"])
         await this.send(`${domain}.enable`);
+      await this.send("Page.bringToFront");
     }
     await this.send("Emulation.setDeviceMetricsOverride", {
       width,
