@@ -25,7 +25,7 @@ void move(Node& node, const Pose& change) {
 
 void ChainModifier::take_back(const Chain& original) {
   if (!has_laws_alone_) chain_ = original;
-  chain_.laws_.resize(laws_);
+  chain_.laws_.resize(original.laws().size());
   has_laws_alone_ = true;
 }
 

@@ -11,7 +11,7 @@ namespace kinetostat::vjm {
 /// `element` is "base", "end", a joint or a link; all throw std::invalid_argument for another name.
 class ChainModifier {
  public:
-  explicit ChainModifier(Chain chain) : chain_(std::move(chain)), laws_(chain_.laws().size()) {}
+  explicit ChainModifier(Chain chain) : chain_(std::move(chain)) {}
   /// Takes all changes back. `original`: the chain that it started from.
   void take_back(const Chain& original);
 
@@ -54,8 +54,7 @@ class ChainModifier {
   ChainDisplacement& displacement_at(const std::string& element, bool in_front);
 
   Chain chain_;
-  std::size_t laws_;            // at the start
-  bool has_laws_alone_ = true;  // among its changes
+  bool has_laws_alone_ = true;  // among the changes
 };
 
 }  // namespace kinetostat::vjm
