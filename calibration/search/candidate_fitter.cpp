@@ -75,6 +75,20 @@ bool is_times(double factor, const vjm::Effect& small, const vjm::Effect& large)
   return true;
 }
 
+// By how much the columns of a signature are longer where the effect is so many times as large: how
+// it acts shows as far as the effect itself does.
+Eigen::RowVectorXd growth_of_columns(const vjm::Effect& effect, const vjm::Manipulator& bare,
+                                     double growth) {
+  const std::vector<Index> values = values_of_columns(effect, bare);
+  Eigen::RowVectorXd result(std::ssize(values));
+  for (std::size_t at = 0; at < values.size(); ++at) {
+    const auto value = static_cast<std::size_t>(values[at]);
+    const bool grows = value == 0 || effect.kind->parameters[value].is_shape;
+    result[static_cast<Index>(at)] = grows ? growth : 1;
+  }
+  return result;
+}
+
 double usual_interval(const Campaign& campaign) {
   std::vector<double> intervals;
   for (const Cycle& cycle : load_cycles(campaign))
@@ -443,16 +457,15 @@ std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& p
       there->jacobian.middleCols(static_cast<Index>(unknowns.size()) - count, count);
   // Whitened residuals are predicted minus measured; so a signature is their change.
   const VectorXd change = there->residual - fit.at.residual;
-  Signature signature{.columns = change, .growth = Eigen::RowVectorXd::Constant(1, growth)};
+  Signature signature{
+      .columns = change,
+      .growth = growth_of_columns(candidate.effect, robot_.without_effects(), growth)};
   for (const Index k : values_of_columns(candidate.effect, robot_.without_effects())) {
     if (k == 0) continue;
-    const auto i = static_cast<std::size_t>(k);
     const Index at = signature.columns.cols();
     signature.columns.conservativeResize(Eigen::NoChange, at + 1);
-    signature.growth.conservativeResize(at + 1);
-    signature.columns.col(at) = candidate.deviations[i] * by_values.col(k);
-    // How the effect acts shows as far as the effect itself does.
-    signature.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
+    signature.columns.col(at) =
+        candidate.deviations[static_cast<std::size_t>(k)] * by_values.col(k);
   }
   const double bend = for_direction ? share_of_bend(candidate.effect, change, by_values) : 1;
   return Look{std::move(signature), bend};
@@ -473,13 +486,8 @@ std::optional<CandidateFitter::Look> CandidateFitter::first_look(
   if (look->bend * growth > straight || !is_times(growth, usual, added.back().effect))
     return look_at(predictor, added, growth, for_direction, beside, progress);
   Signature& signature = look->signature;
-  const std::vector<Index> values = values_of_columns(usual, robot_.without_effects());
-  for (Index at = 0; at < signature.columns.cols(); ++at) {
-    const Index value = values[static_cast<std::size_t>(at)];
-    if (value > 0 && !usual.kind->parameters[static_cast<std::size_t>(value)].is_shape) continue;
-    signature.columns.col(at) *= growth;
-    signature.growth[at] = growth;
-  }
+  signature.growth = growth_of_columns(usual, robot_.without_effects(), growth);
+  signature.columns *= signature.growth.asDiagonal();
   return look;
 }
 
