@@ -231,14 +231,18 @@ TEST(ImportCommand, IdentifiesLinksFromTheirPrimitiveShapes) {
   EXPECT_NEAR(yields("y", 1, "boxes"), exact, 0.03 * exact);
 }
 
+Outcome import_bars() {
+  return kinetostat(
+      "import bars.urdf --package bar_parts=parts --identify --material aluminium "
+      "--joint-stiffness 5e4 -o bars.yaml");
+}
+
 // No face lies about an axis beside the bar's own: what is near the joint holds it, and that is
 // said.
 TEST(ImportCommand, HoldsALinkNearItsJointWhereNoFaceLiesAboutTheAxis) {
   write_robot_of_bars(working_folder());
   change_robot_of_bars("<axis xyz='1 0 0'/>", "<axis xyz='1 1 0.5'/>");
-  const Outcome outcome = kinetostat(
-      "import bars.urdf --package bar_parts=parts --identify --material aluminium "
-      "--joint-stiffness 5e4 -o near.yaml");
+  const Outcome outcome = import_bars();
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("as no face lies about that axis"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("links.upper")));
@@ -270,9 +274,7 @@ TEST(ImportCommand, SaysThatACollisionShapeStandsForAMeshThatIsNotThere) {
       "package://bar_parts/meshes/upper.stl'/></geometry></visual>",
       "package://other/upper.stl'/></geometry></visual><collision><origin xyz='.15 0 0'/>"
       "<geometry><box size='.3 .04 .06'/></geometry></collision>");
-  const Outcome outcome = kinetostat(
-      "import bars.urdf --package bar_parts=parts --identify --material aluminium "
-      "--joint-stiffness 5e4 -o bars.yaml");
+  const Outcome outcome = import_bars();
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, ContainsRegex("upper: held[^:]*its shape is[^:]*instead[^:]*upper.stl"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("links.upper")));
@@ -281,9 +283,7 @@ TEST(ImportCommand, SaysThatACollisionShapeStandsForAMeshThatIsNotThere) {
 TEST(ImportCommand, TakesNoMeshInMillimetresForOneInMetres) {
   write_robot_of_bars(working_folder());
   change_robot_of_bars(" scale='.001 .001 .001'", "");
-  const Outcome outcome = kinetostat(
-      "import bars.urdf --package bar_parts=parts --identify --material aluminium "
-      "--joint-stiffness 5e4 -o bars.yaml");
+  const Outcome outcome = import_bars();
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("links.fore"));
   EXPECT_THAT(outcome.out, HasSubstr("a mesh in millimetres needs a scale of 0.001"));
