@@ -6,7 +6,7 @@ import { join } from "node:path";
 
 const program = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
 const notInstalled = 77;
-const patience = 600; // for the answer to one command [s]
+const patience = 150; // for the answer to one command [s]
 
 const skip = (why) => {
   console.log(`${why}: not checked`);
@@ -22,8 +22,15 @@ export function requireParts(kinetostat, command) {
   if (!help.includes(`\n  ${command} `)) skip(`the program has no command ${command}`);
 }
 
+/** Chromium does not answer: now and then, on busy machines, its processes lose each other, whatever the page. */
+class Stuck extends Error {}
+
 export class Browser {
   constructor() {
+    this.start();
+  }
+
+  start() {
     this.folder = mkdtempSync(join(tmpdir(), "kinetostat-browser-"));
     this.process = spawn(
       program,
@@ -42,16 +49,24 @@ export class Browser {
         "--disable-backgrounding-occluded-windows",
         "--disable-renderer-backgrounding",
         "--disable-background-timer-throttling",
+        // Drawing without a graphics card on a busy machine is slow, not stuck.
+        "--disable-gpu-watchdog",
+        "--enable-logging=stderr",
         "about:blank",
       ],
-      { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] },
+      { detached: true, stdio: ["ignore", "ignore", "pipe", "pipe", "pipe"] }, // a group of processes that end together
     );
+    this.session = this.ended = undefined;
+    this.complaints = []; // the last lines that Chromium itself wrote
+    this.process.stdio[2].setEncoding("utf8").on("data", (chunk) => {
+      this.complaints = [...this.complaints, ...chunk.trim().split("\n")].slice(-20);
+    });
     this.next = 1;
     this.waiting = new Map();
     this.problems = []; // errors of pages, in words
     this.requests = []; // addresses that pages asked for
     this.process.on("exit", (code, signal) => {
-      this.ended = new Error(`chromium ended (${signal ?? `exit code ${code}`})`);
+      this.ended = new Error(`chromium ended (${signal ?? `exit code ${code}`})\n${this.complaints.join("\n")}`);
       this.waiting.forEach(({ reject }) => reject(this.ended));
     });
     for (const pipe of this.process.stdio.slice(3)) pipe.on("error", () => {}); // it has ended: said there
@@ -89,7 +104,11 @@ export class Browser {
       `${JSON.stringify({ id, method, params, sessionId: this.session })}\0`,
     );
     return new Promise((resolve, reject) => {
-      const late = setTimeout(() => reject(new Error(`${method} ${params.expression ?? ""}: chromium did not answer for ${patience} s`)), 1000 * patience);
+      const stuck = () =>
+        new Stuck(
+          `${method} ${params.expression ?? ""}: chromium did not answer for ${patience} s\n${this.complaints.join("\n")}`,
+        );
+      const late = setTimeout(() => reject(stuck()), 1000 * patience);
       const settled = (settle) => (value) => {
         clearTimeout(late);
         settle(value);
@@ -118,8 +137,10 @@ export class Browser {
     await this.send("Emulation.setEmulatedMedia", {
       features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }],
     });
-    if (again)
-      return this.evaluate("new Promise((next) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(next)), 50))");
+    if (again) {
+      await this.evaluate("new Promise((next) => setTimeout(next, 50))");
+      return this.frames();
+    }
     this.requests = [];
     await this.send("Page.navigate", { url: address });
     await this.until("document.getElementById('page')?.dataset.ready === 'yes'");
@@ -136,6 +157,11 @@ export class Browser {
         `${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`,
       );
     return result.value;
+  }
+
+  /** Returns when what was changed before has been drawn. */
+  async frames() {
+    await this.evaluate("new Promise((next) => requestAnimationFrame(() => requestAnimationFrame(next)))");
   }
 
   async until(expression, seconds = 60) {
@@ -180,13 +206,25 @@ export class Browser {
     writeFileSync(file, Buffer.from(data, "base64"));
   }
 
-  close() {
-    this.process.kill();
-    return new Promise((resolve) =>
-      this.process.on("exit", () => {
-        rmSync(this.folder, { recursive: true, force: true, maxRetries: 5 });
-        resolve();
-      }),
-    );
+  /** Takes a step that opens its pages itself; once more in another Chromium if this one is stuck. */
+  async take(step) {
+    try {
+      await step(this);
+    } catch (error) {
+      if (!(error instanceof Stuck)) throw error;
+      console.log(`${error.message}\nOnce more in another chromium.`);
+      await this.close();
+      this.start();
+      await step(this);
+    }
+  }
+
+  async close() {
+    if (!this.ended) {
+      const ended = new Promise((resolve) => this.process.on("exit", resolve));
+      process.kill(-this.process.pid, "SIGKILL");
+      await ended;
+    }
+    rmSync(this.folder, { recursive: true, force: true, maxRetries: 5 });
   }
 }

@@ -5,11 +5,13 @@ import { accessibilityFaults } from "./accessibility.mjs";
 import { layoutFaults } from "./layout.mjs";
 
 const figures = `Object.fromEntries([...document.querySelectorAll("figure")].map((f) => [f.id, Number(f.dataset.points)]))`;
-/** A chart is drawn in the frame in which it comes near. */
-const scrollThrough = `(async () => {
-  const frame = () => new Promise((next) => requestAnimationFrame(next));
-  for (let y = 0; y < document.documentElement.scrollHeight; y += 600) { scrollTo(0, y); await frame(); await frame(); }
-})()`;
+/** Scrolls down the whole page: a chart is drawn in the frame in which it comes near. */
+async function scrollThrough(browser) {
+  for (let y = 0; y < (await browser.evaluate("document.documentElement.scrollHeight")); y += 600) {
+    await browser.evaluate(`scrollTo(0, ${y})`);
+    await browser.frames();
+  }
+}
 
 /** Opens a page and looks at all of it: points by chart. Every chart must be drawn, and nothing may go wrong. */
 export async function lookAt(browser, address, how) {
@@ -17,7 +19,7 @@ export async function lookAt(browser, address, how) {
   browser.problems = [];
   await browser.open(address, how);
   await browser.evaluate(`for (const d of document.querySelectorAll("details")) d.open = true`);
-  await browser.evaluate(scrollThrough);
+  await scrollThrough(browser);
   await browser.until(`[...document.querySelectorAll("figure")].every((f) => f.dataset.points)`);
   const points = await browser.evaluate(figures);
   assert.deepEqual(browser.problems, [], `${name}: errors in the console`);

@@ -119,7 +119,7 @@ try {
   // Evenly over all of them.
   const step = Math.max(1, Math.floor(cases.length / wanted));
   const opened = cases.filter((_, k) => k % step === 0).slice(0, wanted);
-  for (const [name, json, said] of opened) await pageAgrees(browser, shop, json, said, name);
+  for (const [name, json, said] of opened) await browser.take(() => pageAgrees(browser, shop, json, said, name));
   assert.deepEqual(browser.problems, []);
   assert.ok(rankingsCompared >= wanted, `${rankingsCompared} answers in rankings`);
   console.log(`${compared} diagnoses quote one probability, ${opened.length} pages the same as their JSON`);

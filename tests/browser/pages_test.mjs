@@ -166,12 +166,9 @@ async function vibrations(browser) {
 
 const browser = new Browser();
 try {
-  for (const [name, words] of Object.entries(pages)) await page(browser, name, words);
-  await terms(browser);
-  await units(browser);
+  for (const [name, words] of Object.entries(pages)) await browser.take(() => page(browser, name, words));
   sketched();
-  await picked(browser);
-  await vibrations(browser);
+  for (const step of [terms, units, picked, vibrations]) await browser.take(step);
 } finally {
   await browser.close();
   shop.remove();

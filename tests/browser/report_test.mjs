@@ -435,17 +435,8 @@ async function large(browser) {
 
 const browser = new Browser();
 try {
-  await comparison(browser);
-  await diagnosis(browser);
-  await study(browser);
-  await manipulators(browser);
-  await uncertainty(browser);
-  await paper(browser);
-  await savedFiles(browser);
-  await link(browser);
-  await brokenMesh(browser);
-  await assembly(browser);
-  await large(browser);
+  const steps = [comparison, diagnosis, study, manipulators, uncertainty, paper, savedFiles, link, brokenMesh, assembly, large];
+  for (const step of steps) await browser.take(step);
 } finally {
   await browser.close();
   shop.remove();
