@@ -67,6 +67,9 @@ struct RankedCandidate {
   std::optional<CandidateFit> fit;
   bool confounded = false;  // not fitted, yet confounded with the best
   std::string not_fitted;   // why there is no fit of a candidate that passed the screen
+  /// Not fitted: others leave nothing but noise, and it promises to leave far more. The odds
+  /// against it are more than 10^12.
+  bool is_hopeless = false;
 };
 
 /// One round: what is missing beside what was found before?

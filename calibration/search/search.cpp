@@ -60,6 +60,23 @@ std::vector<std::size_t> most_significant(const DiagnosisStep& step) {
   return order;
 }
 
+// What noise alone leaves of the squared error.
+double noise_in(const BaseFit& fit) {
+  return static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
+}
+
+bool leaves_noise_alone(const BaseFit& fit) {
+  constexpr double nearly = 2;
+  return fit.values > 0 && fit.squared_error < nearly * noise_in(fit);
+}
+
+// So much that no signature is wrong by it: beside a fit that leaves noise alone, a candidate that
+// promises to leave more is hopeless.
+double far_from_noise(const BaseFit& fit) {
+  constexpr double times = 10, least = 1000;
+  return std::max(least, times * noise_in(fit));
+}
+
 // Logarithm of how many readings it was chosen from to be of.
 double handicap_of(const Candidate& candidate) {
   return candidate.effect.kind->offsets_readings ? std::log(static_cast<double>(candidate.designs))
@@ -393,11 +410,34 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
   survivors.reserve(order.size());
   for (const std::size_t c : order) survivors.push_back(candidates_[c]);
   const FittedModel beside = fitter_.beside(present, fit, survivors);
-  shared_out("fits", beside, survivors, [&](std::size_t o) {
-    const std::size_t c = order[o];
-    FitStarts starts = starts_of(c, beside, explained, space);
-    fits[c] = best_fit(beside, starts.promised(), starts.best(), step.ranking[c].not_fitted);
+  std::vector<std::optional<FitStarts>> starts(survivors.size());
+  shared_out("starts of fits", beside, survivors, [&](std::size_t o) {
+    starts[o].emplace(starts_of(order[o], beside, explained, space));
   });
+  const auto left = [&](std::size_t o) { return fit.squared_error - starts[o]->promised(); };
+  const auto fit_all = [&](const std::vector<std::size_t>& of_them) {
+    std::vector<Candidate> items;
+    for (const std::size_t o : of_them) items.push_back(survivors[o]);
+    shared_out("fits", beside, items, [&](std::size_t i) {
+      const std::size_t o = of_them[i], c = order[o];
+      fits[c] =
+          best_fit(beside, starts[o]->promised(), starts[o]->best(), step.ranking[c].not_fitted);
+    });
+  };
+  std::vector<std::size_t> hopeful, others;
+  for (std::size_t o = 0; o < order.size(); ++o)
+    (left(o) < far_from_noise(fit) ? hopeful : others).push_back(o);
+  fit_all(hopeful);
+  if (std::none_of(fits.begin(), fits.end(), leaves_noise_alone)) {
+    fit_all(others);
+  } else {
+    for (const std::size_t o : others) {
+      RankedCandidate& ranked = step.ranking[order[o]];
+      ranked.is_hopeless = true;
+      ranked.not_fitted = fmt::format(
+          "others leave noise alone, it would leave {:.2g} times as much", left(o) / noise_in(fit));
+    }
+  }
   finish(beside, step, fits);
 }
 
@@ -542,7 +582,7 @@ void Search::find_confounded(const BaseFit& without, const BaseFit& best,
   const double explained = without.squared_error - best.squared_error;
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     RankedCandidate& ranked = step.ranking[owner_[i].first];
-    if (ranked.fit || ranked.not_fitted.empty()) continue;
+    if (ranked.fit || ranked.is_hopeless || ranked.not_fitted.empty()) continue;
     const MatrixXd columns = space.left_of(signatures_[i].columns);
     const MatrixXd span = span_of(columns, least_visible);
     if ((span.transpose() * space.residual()).squaredNorm() < explained / 2) continue;

@@ -71,7 +71,7 @@ export function ranking(step, round, source, decision) {
         ),
         hover: rows.map(
           (r) =>
-            `${plain(nameOf(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(probabilityOf(r, decision))}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}`,
+            `${plain(nameOf(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(probabilityOf(r, decision))}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : r.not_fitted ? `<br>not fitted: ${r.not_fitted}` : ""}`,
         ),
         limits: [[step.gate.critical, look.bad, 2]],
         x: {

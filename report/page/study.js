@@ -83,7 +83,7 @@ function excludedTable(excluded) {
   return table(
     ["not it", "odds"],
     excluded.map((row) => [row.effect, row.odds]),
-    "Candidates that were fitted and are not it",
+    "Candidates that were weighed and are not it",
   );
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/regression/reading_offsets.h"
+#include "kinetostat/calibration/search/ranking.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/effect.h"
 #include "kinetostat/report/screen/bars.h"
@@ -223,6 +224,13 @@ bool is_answer(const Diagnosis& d, const vjm::Effect& effect) {
   return false;
 }
 
+// Of laws of one joint the answers tell.
+bool is_relative(const Diagnosis& d, const calibration::Candidate& candidate) {
+  return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
+    return calibration::are_laws_of_one_joint(found.candidate, candidate);
+  });
+}
+
 std::vector<std::pair<std::string, std::string>> stage_names(const vjm::Robot& robot,
                                                              const Diagnosis& d) {
   std::vector<std::pair<std::string, std::string>> names;
@@ -346,9 +354,10 @@ std::vector<std::pair<std::string, double>> excluded(const vjm::Robot& robot, co
   if (d.found.empty() || step == nullptr || d.verdict == Verdict::unexplained) return result;
   for (const RankedCandidate& r : step->ranking) {
     const vjm::Effect& effect = r.candidate.effect;
-    if (!r.fit || is_answer(d, effect) || r.fit->probability > improbable) continue;
-    result.emplace_back(effect_in_words(bare(robot), effect.kind->name, effect.at),
-                        r.fit->probability);
+    if (!r.fit && (!r.is_hopeless || is_relative(d, r.candidate))) continue;
+    const double probability = r.fit ? r.fit->probability : 0;
+    if (is_answer(d, effect) || probability > improbable) continue;
+    result.emplace_back(effect_in_words(bare(robot), effect.kind->name, effect.at), probability);
   }
   std::stable_sort(result.begin(), result.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });

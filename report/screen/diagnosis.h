@@ -13,8 +13,8 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
 /// The same in a few words: "friction at joint q2, over 99.9 %".
 std::string verdict_in_short(const vjm::Robot& robot, const calibration::Diagnosis& diagnosis);
 
-/// Candidates that were fitted and are not it, the most probable first, with their odds against the
-/// rest: "creep at joint q2 (1 : 1,200,000)". At most `most`.
+/// Candidates that were weighed and are not it, the most probable first, with their odds against
+/// the rest: "creep at joint q2 (1 : 1,200,000)". At most `most`.
 std::vector<std::pair<std::string, double>> excluded(const vjm::Robot& robot,
                                                      const calibration::Diagnosis& diagnosis,
                                                      std::size_t most);

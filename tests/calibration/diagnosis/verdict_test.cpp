@@ -242,14 +242,39 @@ TEST(Verdict, ACandidateThatFitsAsWellStaysWhateverItsPrior) {
 TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   Laboratory laboratory(slide);
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
-  const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"creep", "friction"});
-  const auto creep = std::find_if(
-      d.steps[0].ranking.begin(), d.steps[0].ranking.end(),
-      [](const RankedCandidate& ranked) { return ranked.candidate.effect.kind->name == "creep"; });
-  ASSERT_NE(creep, d.steps[0].ranking.end());
-  ASSERT_TRUE(creep->fit);
-  EXPECT_GE(creep->fit->values[1], 30);  // tau [s]
-  EXPECT_EQ(d.steps[0].ranking[0].candidate.effect.kind->name, "friction");
+  const Campaign campaign = laboratory.measure(loops());
+  const Diagnosis alone = laboratory.diagnose(campaign, {"creep"});
+  const RankedCandidate& creep = alone.steps.at(0).ranking.at(0);
+  ASSERT_TRUE(creep.fit);
+  EXPECT_GE(creep.fit->values[1], 30);  // tau [s]
+  const Diagnosis both = laboratory.diagnose(campaign, {"creep", "friction"});
+  EXPECT_EQ(both.steps.at(0).ranking.at(0).candidate.effect.kind->name, "friction");
+}
+
+// Who is not fitted because others leave noise alone would have been far behind them.
+TEST(Verdict, WhoIsHopelessIsSo) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  const Campaign campaign = laboratory.measure(loops());
+  const Diagnosis d = laboratory.diagnose(campaign, {});
+  const DiagnosisStep& step = d.steps.at(0);
+  ASSERT_TRUE(step.ranking.at(0).fit);
+  int hopeless = 0;
+  for (const RankedCandidate& ranked : step.ranking) {
+    if (!ranked.is_hopeless) continue;
+    ++hopeless;
+    EXPECT_FALSE(ranked.fit);
+    const Diagnosis own = laboratory.diagnose(campaign, {ranked.candidate.effect.kind->name});
+    const auto& of_kind = own.steps.at(0).ranking;
+    const auto same = std::find_if(of_kind.begin(), of_kind.end(), [&](const auto& other) {
+      return other.candidate.name() == ranked.candidate.name();
+    });
+    ASSERT_NE(same, of_kind.end());
+    if (!same->fit) continue;  // its fits have failed
+    const double behind = (same->fit->squared_error - step.ranking[0].fit->squared_error) / 2;
+    EXPECT_GT(learning_rate * behind, std::log(1e12)) << ranked.candidate.name();
+  }
+  EXPECT_GT(hopeless, 3);
 }
 
 // A formula of the robot file without a parameter has nothing that readings could tell.
