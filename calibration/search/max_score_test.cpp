@@ -10,7 +10,7 @@
 namespace kinetostat::calibration {
 namespace {
 
-constexpr std::size_t at_once = 16;  // draws, as columns of one matrix
+constexpr std::size_t at_once = 64;  // draws, as columns of one matrix
 
 Eigen::MatrixXd noise_of(std::size_t first, std::size_t count, Eigen::Index values,
                          std::uint64_t seed) {
@@ -21,10 +21,6 @@ Eigen::MatrixXd noise_of(std::size_t first, std::size_t count, Eigen::Index valu
   }
   return noise;
 }
-
-}  // namespace
-
-namespace {
 
 // `observed`: the largest one of the campaign, and where.
 MaxScoreTest test_against_noise(const std::pair<double, std::size_t>& observed,
