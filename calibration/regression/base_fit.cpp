@@ -445,8 +445,9 @@ class Problem {
     auto& [all, block, before, after, used] = scratch;
     const Reading& reading = campaign_.readings[i];
     all.setZero(campaign_.size(), unknowns_.size());
+    Index differentiated = 0;
     if (by_parameters.cols() > 0) {
-      const Index differentiated = by_parameters.cols() - unknowns_.target_components();
+      differentiated = by_parameters.cols() - unknowns_.target_components();
       all.leftCols(unknowns_.parameter_count()).rightCols(differentiated) =
           by_parameters.leftCols(differentiated);
       all.rightCols(unknowns_.target_components()) =
@@ -457,16 +458,17 @@ class Problem {
     find_components_in_use(reading, used);
     const auto count = static_cast<Index>(used.size());
     if (count == 0) return;
-    block.resize(count, unknowns_.size() + 1);
+    const Index columns = unknowns_.size() - unknowns_.parameter_count() + differentiated;
+    block.resize(count, columns + 1);
     for (Index k = 0; k < count; ++k) {  // indices in Eigen's brackets would be copied
       const Index from = used[static_cast<std::size_t>(k)];
       block(k, 0) = predicted[from] - reading.displacement[from];
-      block.row(k).tail(unknowns_.size()) = all.row(from);
+      block.row(k).tail(columns) = all.row(from).tail(columns);
     }
     noise_.whiten(i, used, block);
     const auto row = static_cast<Index>(first_row_[i]);
     result.residual.segment(row, count) = block.col(0);
-    result.jacobian.middleRows(row, count) = block.rightCols(unknowns_.size());
+    result.jacobian.middleRows(row, count).rightCols(columns) = block.rightCols(columns);
   }
 
   // Of all sessions that have one.

@@ -499,7 +499,7 @@ void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
       if (campaign_.control) hold_displacement(run, at, before->response, loaded, result);
     }
     for (const std::size_t r : readings_of(c)) {
-      enter(run, result, r, predictions);
+      enter(run, r == readings_of(c).back() ? std::move(result) : result, r, predictions);
       if (const auto place = place_of_state(run, r))
         predictions.loaded[*place] = loaded.response.state;
     }
@@ -566,18 +566,22 @@ void take_off(const SensorReading& other, SensorReading& reading) {
 
 }  // namespace
 
-void Predictor::enter(const Run& run, const CaseResult& result, std::size_t index,
+void Predictor::enter(const Run& run, CaseResult result, std::size_t index,
                       Predictions& predictions) const {
   const Reading& reading = campaign_.readings[index];
   if (!result.failure.empty()) return;
-  std::vector<SensorReading> sensors = result.sensors;
+  std::vector<SensorReading>& sensors = result.sensors;
+  std::vector<SensorReading> each;  // by itself, where one is taken off another
+  if (std::any_of(campaign_.sensors.begin(), campaign_.sensors.end(),
+                  [](const Sensor& sensor) { return sensor.minus.has_value(); }))
+    each = sensors;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const Sensor& sensor = campaign_.sensors[s];
     if (!sensor.minus) {
       bring_near(sensors[s], sensor.kind, measured_by(s, reading));
       continue;
     }
-    SensorReading other = result.sensors[*sensor.minus];
+    SensorReading other = each[*sensor.minus];
     for (SensorReading* one : {&other, &sensors[s]})
       bring_near(*one, sensor.kind, Vector6::Constant(std::numeric_limits<double>::quiet_NaN()));
     take_off(other, sensors[s]);

@@ -172,8 +172,7 @@ class Predictor {
   CaseResult displacements_of(const State& unloaded, State& loaded) const;
   spatial::Vector6 work_of(const Run& run, const Reading& reading, const State& loaded) const;
   spatial::Vector6 measured_by(std::size_t sensor, const Reading& reading) const;
-  void enter(const Run& run, const CaseResult& result, std::size_t index,
-             Predictions& predictions) const;
+  void enter(const Run& run, CaseResult result, std::size_t index, Predictions& predictions) const;
   vjm::EffectModel model(const std::vector<Parameter>& parameters,
                          const Eigen::VectorXd& values) const;
 
