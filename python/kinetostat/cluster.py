@@ -53,7 +53,9 @@ class CommandFailed(RuntimeError):
 
 def _call(words: Sequence[str], folder: str, file: str) -> bytes:
     """What a command writes into `file`."""
-    done = subprocess.run([program(), *words, "--quiet"], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    one_thread = {"OPENBLAS_NUM_THREADS": "1", **os.environ}  # a second one would wait for work, awake, beside other parts
+    done = subprocess.run([program(), *words, "--quiet"], cwd=folder, env=one_thread, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE)
     if done.returncode not in (0, 4, 5):  # 4, 5: done, without a full result
         raise CommandFailed(done.returncode, done.stderr.decode(errors="replace").strip())
     return pathlib.Path(file).read_bytes()
