@@ -96,6 +96,9 @@ std::vector<spatial::Vector6> sixes(const Rows& rows, std::size_t count, const c
   const auto given = static_cast<std::size_t>(rows.rows());
   if ((rows.cols() != 3 && rows.cols() != 6) || (given != count && given != 1))
     throw py::value_error(expected);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i)
+    if (!rows.row(i).allFinite())
+      throw py::value_error(fmt::format("row {} has an entry that is no number: {}", i, expected));
   std::vector<spatial::Vector6> all(count, spatial::Vector6::Zero());
   for (std::size_t i = 0; i < count; ++i)
     all[i].head(rows.cols()) = rows.row(given == 1 ? 0 : static_cast<Eigen::Index>(i));

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/python/bindings.h"
+#include "kinetostat/spatial/pose.h"
 #include "kinetostat/spatial/stiffness.h"
 
 namespace kinetostat::python {
@@ -35,9 +36,16 @@ py::array array_of(const Matrix& matrix, const py::object& type) {
   return type.is_none() ? array : py::array(array.attr("astype")(type));
 }
 
+// Throws std::invalid_argument where the axes are no rotation, or something is no number.
+Frame frame_of(const Vector3& point, const Matrix3& axes) {
+  if (!point.allFinite()) throw py::value_error("the point is not three numbers [m]");
+  const spatial::Pose pose(axes, point);
+  return {pose.position(), pose.rotation()};
+}
+
 template <class Matrix>
 Matrix at_frame(const Matrix& matrix, const Vector3& point, const std::optional<Matrix3>& axes) {
-  return matrix.in(Frame{point, axes.value_or(matrix.frame().axes)});
+  return matrix.in(frame_of(point, axes.value_or(matrix.frame().axes)));
 }
 
 template <class Matrix>
@@ -45,7 +53,9 @@ py::class_<Matrix> add(py::module_& module, const char* name, const char* doc) {
   py::class_<Matrix> added(module, name, doc);
   added
       .def(py::init([](const Matrix6& array, const Vector3& point, const Matrix3& axes) {
-             return Matrix(array, Frame{point, axes});
+             if (!array.allFinite())
+               throw py::value_error("the matrix has an entry that is no number");
+             return Matrix(array, frame_of(point, axes));
            }),
            py::arg("array"), py::arg("point") = Vector3(Vector3::Zero()),
            py::arg("axes") = Matrix3(Matrix3::Identity()))

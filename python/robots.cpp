@@ -1,4 +1,5 @@
 // Robots: reading, postures, stiffness, deflection.
+#include <cmath>
 #include <map>
 #include <optional>
 #include <pybind11/eigen.h>
@@ -107,6 +108,12 @@ PostureValue posture(const RobotValue& value, const std::optional<Eigen::VectorX
   if (at && joints) throw py::value_error("give either a pose ('at') or joint values");
   if (at && at->size() != 3 && at->size() != 6)
     throw py::value_error("'at' is x, y, z, or x, y, z and a rotation vector [m, rad]");
+  if (at && !at->allFinite()) throw py::value_error("'at' has an entry that is no number");
+  constexpr double far = 1e6;  // turns lose their digits before
+  for (const auto& [name, coordinate] : joints.value_or(Joints()))
+    if (!(std::abs(coordinate) < far))
+      throw py::value_error(
+          fmt::format("{} = {} is no place of a joint [m or rad]", name, coordinate));
   vjm::PostureResult found;
   if (at) {
     spatial::Vector6 pose = spatial::Vector6::Zero();
@@ -125,7 +132,17 @@ PostureValue posture(const RobotValue& value, const std::optional<Eigen::VectorX
 
 // Home where none is given.
 vjm::Posture chosen(const RobotValue& value, const PostureValue* given) {
-  return given != nullptr ? given->posture : posture(value, {}, {}).posture;
+  if (given == nullptr) return posture(value, {}, {}).posture;
+  const auto& chains = value.robot.manipulator.chains();
+  const auto& coordinates = given->posture.coordinates;
+  bool is_own = chains.size() == coordinates.size();
+  for (std::size_t c = 0; is_own && c < chains.size(); ++c)
+    is_own = chains[c].size() == coordinates[c].size();
+  for (const std::string& name : joint_names(value))
+    is_own = is_own && given->joints.contains(name);
+  if (!is_own)
+    throw py::value_error("the posture is one of another robot: ask this robot for its posture()");
+  return given->posture;
 }
 
 std::optional<spatial::Stiffness6> stiffness(const RobotValue& value, const PostureValue* given) {
@@ -146,6 +163,8 @@ Deflection deflect(const RobotValue& value, const Eigen::VectorXd& wrench,
                    const PostureValue* given, const spatial::Vector3& point) {
   if (wrench.size() != 3 && wrench.size() != 6)
     throw py::value_error("a wrench is Fx, Fy, Fz, or Fx, Fy, Fz, Mx, My, Mz [N, N m]");
+  if (!wrench.allFinite() || !point.allFinite())
+    throw py::value_error("the wrench or its point has an entry that is no number");
   vjm::Load load;
   load.force = wrench.head<3>();
   if (wrench.size() == 6) load.moment = wrench.tail<3>();

@@ -169,6 +169,39 @@ class Robots(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "a row for each"):
             ks.stiffness_matrices(robot, poses, wrenches[:5])
 
+    def test_what_is_no_number_is_refused(self):
+        robot = ks.Robot.read(source("data/robots/six_axis.yaml"))
+        home = robot.posture()
+        nan = float("nan")
+        for wrong in (lambda: robot.deflect([nan, 0, 0], home), lambda: robot.deflect([0, 0, float("inf")], home),
+                      lambda: robot.deflect([1, 0, 0], home, point=[0, nan, 0]), lambda: robot.posture(at=[nan, 0, 0]),
+                      lambda: robot.posture(joints={robot.joints[0]: nan}), lambda: robot.posture(joints={robot.joints[0]: 1e300}),
+                      lambda: ks.stiffness_matrices(robot, [[nan, 0, 0]]),
+                      lambda: ks.stiffness_matrices(robot, [[0.9, 0, 0.9]], [nan, 0, 0])):
+            with self.assertRaisesRegex(ValueError, "no number|no place of a joint"):
+                wrong()
+
+    def test_a_posture_of_another_robot_is_refused(self):
+        names = ("six_axis", "orthoglide", "seven_axis", "gantry")
+        robots = [ks.Robot.read(source(f"data/robots/{name}.yaml")) for name in names]
+        for robot in robots:
+            for other in robots:
+                if other is robot:
+                    continue
+                for use in (robot.stiffness, robot.compliance, lambda posture, r=robot: r.deflect([1, 0, 0], posture)):
+                    with self.assertRaisesRegex(ValueError, "another robot"):
+                        use(other.posture())
+
+    def test_axes_are_a_rotation(self):
+        matrix = ks.Stiffness(np.eye(6))
+        for axes in (2 * np.eye(3), np.ones((3, 3)), np.diag([1, 1, -1]), np.full((3, 3), np.nan)):
+            with self.assertRaisesRegex(ValueError, "right-handed"):
+                matrix.at([0, 0, 0], axes)
+            with self.assertRaisesRegex(ValueError, "right-handed"):
+                ks.Compliance(np.eye(6), axes=axes)
+        with self.assertRaisesRegex(ValueError, "no number"):
+            ks.Stiffness(np.full((6, 6), np.nan))
+
     def test_a_mistake_has_its_place_and_cure(self):
         path = self.path("wrong.yaml", ARM.replace("stiffness: 1.0e5", "stiffness: -1"))
         with self.assertRaises(ks.InputError) as caught:
