@@ -193,31 +193,50 @@ class Reader {
     }
   }
 
+  // A joint of a body, and the frame in it in which it is written.
+  struct PlacedJoint {
+    const Element* element = nullptr;
+    Pose frame;
+    std::string active;
+  };
+  void find_joints(const Element& parent, const Pose& frame, const std::string& active,
+                   std::vector<PlacedJoint>& joints) const {
+    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const std::string kind = e->Name();
+      if (kind == "joint") joints.push_back({e, frame, active});
+      if (kind == "frame")
+        find_joints(*e, frame * pose_of(*e, ""), word(*e, "childclass", "", active), joints);
+    }
+  }
+
   void add_body(const Element& element, const Place& parent) {
     const std::string name =
         xml_.text_or(element, "name", fmt::format("body_{}", description_.links.size()));
     Pose origin = parent.pose * pose_of(element, "");
     std::string at = parent.link;
     // Joints turn about their places one after the other.
-    for (const Element* e : XmlFile::children(element, "joint")) {
-      DescribedJoint joint = read_joint(*e, parent.active);
-      const Pose place = Pose::translation(vector(*e, "pos", parent.active, Vector3::Zero()));
+    std::vector<PlacedJoint> joints;
+    find_joints(element, Pose(), parent.active, joints);
+    for (const auto& [e, frame, active] : joints) {
+      DescribedJoint joint = read_joint(*e, active);
+      joint.axis = frame.rotation() * joint.axis;
+      const Pose place = Pose::translation(frame * vector(*e, "pos", active, Vector3::Zero()));
       joint.parent = at;
-      joint.origin = origin * place * at_reference(*e, joint, parent.active);
+      joint.origin = origin * place * at_reference(*e, joint, active);
       at = joint.child = fmt::format("{}@{}", name, joint.name);
       description_.links.push_back({.name = at, .line = element.GetLineNum()});
       description_.joints.push_back(std::move(joint));
       origin = place.inverse();
     }
-    add_fixed(name, at, origin, element);
+    add_fixed(name, at, origin, element, !joints.empty());
     add_content(element, {name, Pose(), parent.active});
   }
 
   // The body behind its joints: the last link between where that has the same frame.
   void add_fixed(const std::string& name, const std::string& at, const Pose& origin,
-                 const Element& element) {
-    const bool same = !XmlFile::children(element, "joint").empty() &&
-                      origin.position().norm() == 0 && origin.rotation().isIdentity(0);
+                 const Element& element, bool has_joints) {
+    const bool same =
+        has_joints && origin.position().norm() == 0 && origin.rotation().isIdentity(0);
     if (same) {
       description_.links.back().name = name;
       description_.joints.back().child = name;
@@ -264,12 +283,17 @@ class Reader {
     }
   }
 
+  // Where a joint stands at a coordinate, in where it stands at zero.
+  static Pose moved(const DescribedJoint& joint, double coordinate) {
+    const Vector3 along = coordinate * joint.axis;
+    return turns(joint) ? Pose::rotation(spatial::exp_rotation(along)) : Pose::translation(along);
+  }
+
   // The frame of the joint where it stands at zero, in that where it stands at `ref`.
-  Pose at_reference(const Element& e, const DescribedJoint& joint,
-                    const std::string& active) const {
+  Pose at_reference(const Element& e, const DescribedJoint& joint, const std::string& active) {
     const double ref = number(e, "ref", active, 0);
-    if (joint.type == JointType::prismatic) return Pose::translation(-ref * joint.axis);
-    return Pose::rotation(spatial::exp_rotation(-angle(ref) * joint.axis));
+    references_[joint.name] = turns(joint) ? angle(ref) : ref;
+    return moved(joint, -references_[joint.name]);
   }
 
   DescribedInertia read_inertia(const Element& e, const Pose& place) const {
@@ -374,22 +398,43 @@ class Reader {
     return found == description_.joints.end() ? nullptr : &*found;
   }
 
+  // joint1 - ref1 = polynomial of (joint2 - ref2); of a constant where there is no joint2.
   void read_couplings() {
     for (const Element* equality : XmlFile::children(top_, "equality"))
-      for (const Element* e : XmlFile::children(*equality, "joint")) {
-        DescribedJoint* follower = joint(xml_.text(*e, "joint1"));
-        const std::string leader = xml_.text_or(*e, "joint2", "");
-        if (follower == nullptr || joint(leader) == nullptr) continue;
-        std::vector<double> c{0, 1, 0, 0, 0};
-        if (xml_.has(*e, "polycoef")) c = xml_.numbers(*e, "polycoef");
-        c.resize(5);
-        if (c[2] != 0 || c[3] != 0 || c[4] != 0)
-          description_.remarks.push_back(fmt::format(
-              "{} follows {} by a curve: its linear part is taken", follower->name, leader));
-        follower->mimics = leader;
-        follower->mimic_offset = c[0];
-        follower->mimic_factor = c[1];
+      for (const Element* e = equality->FirstChildElement(); e != nullptr;
+           e = e->NextSiblingElement()) {
+        if (xml_.text_or(*e, "active", "true") == "false") continue;
+        const std::string kind = e->Name();
+        if (kind == "joint") {
+          read_coupling(*e);
+        } else if (kind == "connect" || kind == "weld") {
+          xml_.fail(*e, fmt::format("<{}> closes a loop of bodies, and loops are not read", kind),
+                    "Cut it out, or write the robot file by hand: it may have several chains");
+        } else {
+          description_.remarks.push_back(fmt::format("<{}> of <equality> is left out", kind));
+        }
       }
+  }
+
+  void read_coupling(const Element& e) {
+    DescribedJoint* follower = joint(xml_.text(e, "joint1"));
+    const std::string leader = xml_.text_or(e, "joint2", "");
+    if (follower == nullptr || (!leader.empty() && joint(leader) == nullptr)) return;
+    std::vector<double> c{0, 1, 0, 0, 0};
+    if (xml_.has(e, "polycoef")) c = xml_.numbers(e, "polycoef");
+    c.resize(5);
+    const double reference = references_[follower->name];
+    if (leader.empty()) {
+      follower->origin = follower->origin * moved(*follower, reference + c[0]);
+      follower->type = JointType::fixed;
+      return;
+    }
+    if (c[2] != 0 || c[3] != 0 || c[4] != 0)
+      description_.remarks.push_back(fmt::format(
+          "{} follows {} by a curve: its linear part is taken", follower->name, leader));
+    follower->mimics = leader;
+    follower->mimic_offset = c[0] + reference - c[1] * references_[leader];
+    follower->mimic_factor = c[1];
   }
 
   // The largest force of the actuator of a joint.
@@ -424,6 +469,7 @@ class Reader {
   std::string sequence_ = "xyz", mesh_folder_;
   std::map<std::string, DefaultClass> classes_;
   std::map<std::string, DescribedShape> meshes_;
+  std::map<std::string, double> references_;              // of joints: `ref` [m or rad]
   std::map<std::string, bool> solids_;                    // links with geoms
   std::map<std::string, std::vector<std::size_t>> both_;  // shapes that collide and are shown
 };

@@ -134,7 +134,10 @@ class Importer {
     if (followed.factor == 0) {
       add_offset(axis, followed.offset, turns(joint));  // it stands where the offset has it
     } else if (driven == driven_.end()) {
-      add_actuator(joint, axis);
+      add_actuator(in_place_of_leader(joint, followed), axis);
+      if (followed.leader != joint.name)
+        elements_ += fmt::format("      # in place of {}, which it follows by {:.6g}\n",
+                                 common::printable(followed.leader), followed.factor);
       driven_[followed.leader] = {&joint, followed.factor, followed.offset};
     } else {
       add_mimic(joint, axis, followed, driven->second);
@@ -207,6 +210,30 @@ class Importer {
     const DescribedJoint* joint = nullptr;
     double factor = 1, offset = 0;
   };
+
+  // A joint that is driven for another one has what that has, counted in its own motion: the spring
+  // beside its own, what both limits leave, the effort.
+  DescribedJoint in_place_of_leader(DescribedJoint joint, const Followed& followed) const {
+    if (followed.leader == joint.name) return joint;
+    const DescribedJoint& leader =
+        *std::find_if(model_.joints.begin(), model_.joints.end(),
+                      [&](const DescribedJoint& j) { return j.name == followed.leader; });
+    if (leader.stiffness)
+      joint.stiffness =
+          joint.stiffness.value_or(0) + *leader.stiffness / (followed.factor * followed.factor);
+    if (leader.effort) joint.effort = *leader.effort / std::abs(followed.factor);
+    if (leader.limits) {
+      double lower = followed.factor * leader.limits->front() + followed.offset;
+      double upper = followed.factor * leader.limits->back() + followed.offset;
+      if (lower > upper) std::swap(lower, upper);
+      if (joint.limits) {
+        lower = std::max(lower, joint.limits->front());
+        upper = std::min(upper, joint.limits->back());
+      }
+      if (lower < upper) joint.limits = {lower, upper};
+    }
+    return joint;
+  }
 
   void add_offset(const std::string& axis, double offset, bool is_turn) {
     if (offset == 0) return;
@@ -292,13 +319,28 @@ class Importer {
     return lines;
   }
 
+  // With all joints at zero.
+  Matrix3 base_in_root() const {
+    Matrix3 rotation = Matrix3::Identity();
+    std::string link = chain_.base;
+    for (std::size_t steps = 0; steps <= model_.joints.size(); ++steps) {
+      const auto joint = std::find_if(model_.joints.begin(), model_.joints.end(),
+                                      [&](const DescribedJoint& j) { return j.child == link; });
+      if (joint == model_.joints.end()) break;
+      rotation = joint->origin.rotation() * rotation;
+      link = joint->parent;
+    }
+    return rotation;
+  }
+
   std::string gravity() const {
     const double g = model_.gravity.norm();
     if (!(g > 0)) return "";
     const std::string acceleration =
         std::abs(g - 9.80665) < 1e-12 ? "" : fmt::format(", acceleration: {:.15g} m/s^2", g);
-    return fmt::format("gravity: {{direction: {}{}}}   # as {} has it, axes of the root\n",
-                       vector_text(model_.gravity / g), acceleration, model_.format);
+    return fmt::format("gravity: {{direction: {}{}}}   # as {} has it, axes of {}\n",
+                       vector_text(base_in_root().transpose() * model_.gravity / g), acceleration,
+                       model_.format, common::printable(chain_.base));
   }
 
   std::string text() const {

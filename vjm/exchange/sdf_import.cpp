@@ -32,16 +32,40 @@ class Reader {
     description_.format = "SDF";
     description_.name = xml_.text(model, "name");
     refuse_nested(model);
+    model_in_world_ = raw_pose(model);
+    axes_of_model_ = is_older_than_1_5();
     for (const char* kind : {"link", "frame", "joint"})
       for (const Element* e : XmlFile::children(model, kind)) frames_[xml_.text(*e, "name")] = e;
     for (const Element* e : XmlFile::children(model, "link")) add_link(*e);
     for (const Element* e : XmlFile::children(model, "joint")) add_joint(*e);
     for (const Element* e : XmlFile::children(model, "frame")) add_mark(*e);
     check_names(description_);
+    turn_gravity();
     return std::move(description_);
   }
 
  private:
+  // Axes of joints are then in the frame of the model.
+  bool is_older_than_1_5() const {
+    const std::string version = xml_.text_or(sdf_, "version", "1.11");
+    return version.starts_with("1.") && version.size() == 3 && version[2] < '5';
+  }
+
+  // From the world into the root: the first link that no joint carries.
+  void turn_gravity() {
+    for (const DescribedLink& link : description_.links) {
+      const bool is_carried =
+          std::any_of(description_.joints.begin(), description_.joints.end(),
+                      [&](const DescribedJoint& joint) { return joint.child == link.name; });
+      if (is_carried) continue;
+      const auto found = frames_.find(link.name);
+      if (found == frames_.end()) return;  // the world
+      const Pose in_world = model_in_world_ * pose_of(*found->second);
+      description_.gravity = in_world.rotation().transpose() * description_.gravity;
+      return;
+    }
+  }
+
   const Element& find_model() {
     const Element* world = XmlFile::child(sdf_, "world");
     const Element& parent = world == nullptr ? sdf_ : *world;
@@ -107,7 +131,8 @@ class Reader {
     return frame(in, element, depth) * raw_pose(element);
   }
   Pose frame(const std::string& name, const Element& asking, int depth = 0) const {
-    if (name == "__model__" || name == "world") return {};
+    if (name == "__model__") return {};
+    if (name == "world") return model_in_world_.inverse();
     const auto found = frames_.find(name);
     if (found == frames_.end()) xml_.fail(asking, fmt::format("there is no frame '{}'", name));
     if (depth > 100) xml_.fail(asking, fmt::format("the pose of '{}' refers to itself", name));
@@ -261,6 +286,7 @@ class Reader {
     if (old != nullptr && inside(axis, "use_parent_model_frame") != "0" &&
         inside(axis, "use_parent_model_frame") != "false")
       in = "__model__";
+    if (in.empty() && axes_of_model_) in = "__model__";
     if (in.empty()) return given;
     return at.rotation().transpose() * frame(in, axis).rotation() * given;
   }
@@ -269,6 +295,8 @@ class Reader {
   const Element& sdf_;
   RobotDescription description_;
   std::map<std::string, const Element*> frames_;
+  Pose model_in_world_;
+  bool axes_of_model_ = false;
 };
 
 }  // namespace

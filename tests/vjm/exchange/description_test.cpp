@@ -1,4 +1,5 @@
 // Descriptions of robots in formats other than URDF, by kinematics written down by hand.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -226,6 +227,83 @@ TEST_F(Description, OfDenavitAndHartenberg) {
   };
   expect_tip(imported(table("standard")), at, standard);
   expect_tip(imported(table("modified")), at, modified);
+}
+
+// Gravity is that of the world, in axes of whichever link is the base.
+TEST_F(Description, TurnsGravityIntoTheBase) {
+  const std::string arm = R"(<link name="wall"/><link name="beam"><pose>0 0 0.5 0 0 0</pose></link>
+    <joint name="q" type="revolute"><parent>wall</parent><child>beam</child><axis><xyz>0 1 0</xyz></axis></joint>)";
+  const double quarter = 1.5707963267948966;
+  const auto gravity_of = [&](const std::string& text) {
+    return Vector3(imported(read("wall.sdf", text)).manipulator.gravity());
+  };
+  const Vector3 along_x = 9.8 * Vector3(1, 0, 0);  // pitched by a quarter: down is along its x
+  const std::string pitched = fmt::format("<pose>1 2 3 0 {:.16g} 0</pose>", quarter);
+  EXPECT_LT((gravity_of("<sdf version='1.9'><world name='w'><model name='m'>" + pitched + arm +
+                        "</model></world></sdf>") -
+             along_x)
+                .norm(),
+            1e-12);
+  std::string turned_link = arm;
+  turned_link.replace(turned_link.find("<link name=\"wall\"/>"), 19,
+                      "<link name='wall'>" + pitched + "</link>");
+  EXPECT_LT(
+      (gravity_of("<sdf version='1.9'><model name='m'>" + turned_link + "</model></sdf>") - along_x)
+          .norm(),
+      1e-12);
+  // A joint to the world: the base is the world, and the model's pose counts.
+  const Robot held = imported(read(
+      "held.sdf", "<sdf version='1.9'><model name='m'>" + pitched + arm +
+                      "<joint name='bolts' type='fixed'><parent>world</parent><child>wall</child>"
+                      "</joint></model></sdf>"));
+  EXPECT_LT((held.manipulator.gravity() - Vector3(0, 0, -9.8)).norm(), 1e-12);
+  expect_tip(held, {}, turn({0, 1, 0}, quarter, {1, 2, 3}) * shift(0, 0, 0.5));
+  const RobotDescription urdf = read("wall.urdf", fmt::format(R"(<robot name="wall">
+    <link name="room"/><link name="wall"/><link name="beam"/>
+    <joint name="mount" type="fixed"><parent link="room"/><child link="wall"/>
+      <origin rpy="0 {:.16g} 0"/></joint>
+    <joint name="q" type="continuous"><parent link="wall"/><child link="beam"/>
+      <axis xyz="0 0 1"/></joint></robot>)",
+                                                              quarter));
+  EXPECT_LT((imported(urdf).manipulator.gravity() - Vector3(0, 0, -9.80665)).norm(), 1e-12);
+  EXPECT_LT((imported(urdf, "wall").manipulator.gravity() - Vector3(9.80665, 0, 0)).norm(), 1e-12);
+}
+
+// Until 1.4 axes were those of the model (conversion 1.4 to 1.5 of the specification).
+TEST_F(Description, OfOldSdfHasAxesOfTheModel) {
+  const std::string model = R"(<model name="m"><link name="a"/>
+    <link name="b"><pose>0 0 1 0 1.5707963267948966 0</pose></link>
+    <joint name="q" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis></joint>
+    </model></sdf>)";
+  const Pose rest = turn({0, 1, 0}, 1.5707963267948966, {0, 0, 1});
+  expect_tip(imported(read("old.sdf", "<sdf version='1.4'>" + model)), {{"q", 0.3}},
+             shift(0, 0, 1) * turn({0, 0, 1}, 0.3) * shift(0, 0, -1) * rest);
+  expect_tip(imported(read("new.sdf", "<sdf version='1.6'>" + model)), {{"q", 0.3}},
+             rest * turn({0, 0, 1}, 0.3));
+}
+
+// MuJoCo's law y - y0 = a0 + a1 (x - x0) with the reference values of both joints.
+TEST_F(Description, OfMjcfKnowsEqualities) {
+  const auto text = [](const std::string& equality) {
+    return R"(<mujoco><compiler angle="radian"/><worldbody><body name="a">
+      <joint name="x" axis="0 0 1" ref="0.4"/>
+      <body name="b" pos="1 0 0"><frame pos="0 0.2 0" euler="0 0 1.5707963267948966">
+        <joint name="y" axis="1 0 0" ref="-0.5"/></frame></body></body></worldbody><equality>)" +
+           equality + "</equality></mujoco>";
+  };
+  // The joint in the frame turns about the body's y, through (0, 0.2, 0).
+  const auto tip = [](double x, double y) {
+    return turn({0, 0, 1}, x - 0.4) * shift(1, 0, 0) * turn({0, 1, 0}, y + 0.5);
+  };
+  expect_tip(imported(read("free.xml", text(""))), {{"x", 0.7}, {"y", 0.1}}, tip(0.7, 0.1));
+  const std::string law = "joint1='y' joint2='x' polycoef='0.2 2 0 0 0'/>";
+  expect_tip(imported(read("led.xml", text("<joint " + law))), {{"x", 0.7}},
+             tip(0.7, -0.5 + 0.2 + 2 * (0.7 - 0.4)));
+  expect_tip(imported(read("off.xml", text("<joint active='false' " + law))),
+             {{"x", 0.7}, {"y", 0.1}}, tip(0.7, 0.1));
+  expect_tip(imported(read("held.xml", text("<joint joint1='y' polycoef='0.3 1 0 0 0'/>"))),
+             {{"x", 0.7}}, tip(0.7, -0.2));
+  expect_refused("loop.xml", text("<connect body1='a' body2='b' anchor='0 0 0'/>"), "loop");
 }
 
 TEST_F(Description, NamesMistakesWithTheirPlace) {

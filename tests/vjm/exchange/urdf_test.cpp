@@ -206,6 +206,27 @@ TEST_F(Urdf, AMimicMayFollowAJointOfASideBranch) {
   EXPECT_LT(spatial::pose_difference(result.posture.platform, tip).norm(), 1e-12);
 }
 
+// q1 = -2 q2: the energy of the spring of q2 is k2 q1^2 / 8, and q1 goes where q2 may go.
+TEST_F(Urdf, AJointInPlaceOfItsLeaderHasWhatThatHas) {
+  RobotDescription model = read(
+      "<robot name='r'><link name='a'/><link name='b'/><link name='c'/>"
+      "<joint name='one' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/>"
+      "<limit lower='-3' upper='0.3' effort='10' velocity='1'/><mimic joint='two' "
+      "multiplier='-2'/></joint>"
+      "<joint name='two' type='revolute'><parent link='b'/><child link='c'/><origin xyz='1 0 0'/>"
+      "<axis xyz='0 0 1'/><limit lower='-.2' upper='.4' effort='100' "
+      "velocity='1'/></joint></robot>");
+  model.joints[1].stiffness = 5000;
+  const ImportedRobot robot = import_robot(model, find_chain(model, "", ""));
+  ASSERT_EQ(robot.drives.size(), 1u);
+  EXPECT_DOUBLE_EQ(robot.drives[0].stiffness.value(), 1250);
+  EXPECT_DOUBLE_EQ(robot.drives[0].effort.value(), 50);
+  EXPECT_DOUBLE_EQ(robot.drives[0].limits->front(), -0.8);
+  EXPECT_DOUBLE_EQ(robot.drives[0].limits->back(), 0.3);
+  const Robot read_again = imported(model, find_chain(model, "", ""));
+  EXPECT_DOUBLE_EQ(read_again.manipulator.chains()[0].springs().at(0).stiffness(0, 0), 1250);
+}
+
 TEST_F(Urdf, WhatIsMissingIsListed) {
   const RobotDescription model = read(two_links("revolute"));
   const ImportedRobot robot = import_robot(model, find_chain(model, "", ""));
