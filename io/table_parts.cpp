@@ -33,15 +33,18 @@ struct PartLines {
   }
 };
 
-// The text of a file, all of whose lines are ended. Throws InputError where it is no part.
+const char* const made_again = "The file is damaged: make this part again";
+
+// The text of a file. Throws InputError where it is no part, or a part that is cut off.
 std::string read_part(const std::filesystem::path& file) {
   std::string text = read_text(file);
-  if (!text.ends_with('\n')) text += '\n';
+  std::erase(text, '\r');  // of an editor
   PartLines lines{text};
   const std::string_view title = lines.next(), header = lines.next();
   if (!title.starts_with("# ") || rows_in(title) == 0 || header.find(',') == std::string_view::npos)
     throw common::InputError(file, "this is no table that was written with --part",
                              "Name what 'sweep' or 'map' wrote with --part i/n -o FILE");
+  if (!text.ends_with('\n')) throw common::InputError(file, "its last line has no end", made_again);
   return text;
 }
 
@@ -53,9 +56,8 @@ std::size_t number_of(std::string_view line, std::size_t rows, const std::filesy
   if (error != std::errc() || at == end || *at != ',' || number >= rows) {
     const std::string_view start =
         line.substr(0, std::min<std::size_t>(line.find_first_of(",\n"), 20));
-    throw common::InputError(file,
-                             fmt::format("'{}' is none of its rows, 0 to {}", start, rows - 1),
-                             "The file is damaged: make this part again");
+    throw common::InputError(
+        file, fmt::format("'{}' is none of its rows, 0 to {}", start, rows - 1), made_again);
   }
   return number;
 }
@@ -129,8 +131,13 @@ JoinedTable join_tables(const std::vector<std::string>& files) {
                                fmt::format("Join only what {} belongs to", files.front()));
     while (!lines.rest.empty()) {
       const std::string_view line = lines.next();
-      std::string_view& place = all.lines[number_of(line, rows, file)];
+      const std::size_t number = number_of(line, rows, file);
+      std::string_view& place = all.lines[number];
       if (place.empty()) place = line;
+      if (place != line)
+        throw common::InputError(file,
+                                 fmt::format("row {} is not what another of the files has", number),
+                                 "Join parts of one run: the same program, command and inputs");
     }
   }
   const auto missing = std::find(all.lines.begin(), all.lines.end(), std::string_view());

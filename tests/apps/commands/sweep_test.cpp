@@ -86,6 +86,18 @@ TEST_F(Sweep, HasTheSameBytesOnAnyNumberOfThreadsAndInParts) {
   ASSERT_EQ(run(sweep_file(by_stiffness), "-o other.csv").code, 0);
   EXPECT_THAT(kinetostat("join part1.csv other.csv").err, HasSubstr("another table"));
   EXPECT_EQ(kinetostat("join lever.yaml").code, 3);
+  // A part that was cut off, and one that says something else.
+  const std::string part = io::read_text(working_folder() / "part3.csv");
+  io::write_atomically(working_folder() / "cut.csv", part.substr(0, part.size() - 6));
+  const test::Outcome cut = kinetostat("join cut.csv part1.csv part2.csv -o cut_all.csv");
+  EXPECT_EQ(cut.code, 3);
+  EXPECT_THAT(cut.err, HasSubstr("its last line has no end"));
+  std::string changed = part;
+  changed.replace(changed.size() - 2, 1, changed[changed.size() - 2] == '1' ? "2" : "1");
+  io::write_atomically(working_folder() / "changed.csv", changed);
+  const test::Outcome two = kinetostat("join part3.csv changed.csv part1.csv part2.csv");
+  EXPECT_EQ(two.code, 3);
+  EXPECT_THAT(two.err, HasSubstr("is not what another of the files has"));
   EXPECT_EQ(run(file, "--part 4/3").code, 2);
   EXPECT_EQ(run(file, "--part 1").code, 2);
 }
