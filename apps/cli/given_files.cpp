@@ -57,7 +57,7 @@ const std::vector<Wanted>& all_wanted() {
       {"beam", {{DocumentKind::link}}},
       {"modes", {{DocumentKind::link, DocumentKind::robot}}},
       {"mesh check", {{DocumentKind::mesh}}},
-      {"import", {{DocumentKind::description}}},
+      {"import", {{DocumentKind::description, DocumentKind::table}}},
       {"readings", {{DocumentKind::table, DocumentKind::campaign}, robot}},
   };
   return all;

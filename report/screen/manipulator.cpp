@@ -108,7 +108,7 @@ std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffnes
       left = fmt::format("{:>14}  ", std::string(1, "xyz"[i]));
       for (int j = 0; j < 3; ++j) {
         const double value = k(static_cast<Eigen::Index>(i), j);
-        left += fmt::format("{:<10}", std::abs(value) < 1e-9 * largest
+        left += fmt::format("{:<9} ", std::abs(value) < 1e-9 * largest
                                           ? "0"
                                           : figure(in_stiffness_unit(robot, value), 3));
       }
