@@ -242,6 +242,22 @@ SweepTable made_by_workers(Run& run, const SweepRequest& request) {
                             [](const auto& line) { return has_failed(line.second); }))};
 }
 
+// Names that no run knows are mistakes, most likely.
+void say_what_is_empty(Run& run, const SweepPlan& plan, const SweepTable& table) {
+  const io::CsvTable rows(table.text, plan.name);
+  for (const auto& [name, path] : plan.results) {
+    const auto column = rows.find(name);
+    bool is_empty = column.has_value() && rows.rows() > 0;
+    for (std::size_t r = 0; is_empty && r < rows.rows(); ++r)
+      is_empty = rows.cell(r, *column).empty();
+    if (is_empty)
+      run.remark(
+          fmt::format("'{}' is empty: no run has the result '{}' (the command with --json - "
+                      "shows what there is)",
+                      name, path));
+  }
+}
+
 io::Json sweep(Run& run, const SweepRequest& request) {
   const SweepPlan plan = read_sweep(request.file);
   const SweepTable table =
@@ -251,6 +267,7 @@ io::Json sweep(Run& run, const SweepRequest& request) {
         fmt::format("{}: {} runs, written to {}.", plan.name, table.runs, run.out()->string())));
   else
     run.print(table.text);
+  say_what_is_empty(run, plan, table);
   if (table.failed > 0)
     run.print(fmt::format("{} runs ended without a full result: see 'exit'.\n", table.failed));
   return {

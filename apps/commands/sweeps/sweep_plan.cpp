@@ -161,7 +161,8 @@ std::vector<std::string> words_of(const YamlNode& node) {
   for (std::size_t w = 0; w < words.size(); ++w) {
     const std::string& option = words[w];
     const std::string file = option + (w + 1 < words.size() ? words[w + 1] : "");
-    const bool is_output = option == "-o" || option.starts_with("--out");
+    const bool is_output =
+        (option.starts_with("-o") && !option.starts_with("--")) || option.starts_with("--out");
     if ((is_output && file.find('{') == std::string::npos) || option.starts_with("--json") ||
         option.starts_with("--html"))
       node.fail(fmt::format("'{}' names a file, which every run would write", option),
@@ -204,6 +205,8 @@ SweepPlan read_sweep(const std::filesystem::path& file) {
   std::vector<int> steps;
   for (const YamlNode& item : top.at("vary").items()) {
     auto [varied, count] = read_varied(item);
+    if (std::find(plan.keys.begin(), plan.keys.end(), varied.key) != plan.keys.end())
+      item.fail(fmt::format("'{}' varies already", varied.key), "Give each key once");
     plan.keys.push_back(varied.key);
     all.push_back(std::move(varied));
     steps.push_back(count);

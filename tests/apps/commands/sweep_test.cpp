@@ -193,6 +193,10 @@ TEST_F(Sweep, NamesMistakes) {
               HasSubstr("above zero"));
   EXPECT_THAT(message(sweep_file(by_stiffness, "", "deflect lever.yaml -o x.txt")),
               HasSubstr("which every run would write"));
+  EXPECT_THAT(message(sweep_file(by_stiffness, "", "deflect lever.yaml -ox.txt")),
+              HasSubstr("which every run would write"));
+  EXPECT_THAT(message(sweep_file(by_stiffness + by_stiffness)), HasSubstr("varies already"));
+  EXPECT_THAT(run(sweep_file(by_stiffness)).err, HasSubstr("'none' is empty: no run has"));
   for (const char* threads : {"--threads 1", "--threads 3"})
     EXPECT_THAT(
         run(sweep_file("  - {set: chain_types.arm.q.stiffness, values: [1e4, -1, -2]}\n"), threads)
