@@ -305,6 +305,12 @@ TEST(ImportCommand, ReadsOtherFormats) {
     EXPECT_EQ(outcome.code, 0) << file << outcome.err;
     EXPECT_EQ(kinetostat("stiffness other.yaml").code, 0) << file;
   }
+  io::write_atomically(working_folder() / "dh.csv",
+                       "convention,name,type,theta [deg],d [mm],a [mm],alpha [deg],stiffness\n"
+                       "standard,q1,revolute,20,400,180,-90,1e5 N m/rad\n"
+                       "standard,q2,,-90,,600,,2e5 N m/rad\n");
+  EXPECT_EQ(kinetostat("import dh.csv --joint-stiffness 5e4 -o other.yaml").code, 0);
+  EXPECT_EQ(kinetostat("stiffness other.yaml").code, 0);
   const Outcome robot = kinetostat("import data/robots/six_axis.yaml");
   EXPECT_EQ(robot.code, 3);
 }
