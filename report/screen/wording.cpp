@@ -172,6 +172,7 @@ std::string figure(double value, int digits) {
 
 std::string short_percent(double share) {
   if (share > 0.999) return "over 99.9 %";
+  if (share >= 0.995) return fmt::format("{:.1f} %", 100 * share);
   if (share >= 0.1) return fmt::format("{:.0f} %", 100 * share);
   return percent(share);
 }
