@@ -35,6 +35,10 @@ auto with_hint_of_unit_error(const Predictor& nominal, const Campaign& campaign,
     const std::string slip = unit_error(campaign, nominal, progress);
     if (slip.empty()) throw;
     throw common::NoConvergence(std::string(error.what()) + ". " + slip);
+  } catch (const common::NotIdentifiable& error) {
+    const std::string slip = unit_error(campaign, nominal, progress);
+    if (slip.empty()) throw;
+    throw common::NotIdentifiable(slip + " As it is, " + error.what());
   }
 }
 

@@ -324,6 +324,14 @@ void ask_for_kinematics(double share, Diagnosis& d) {
       100 * share));
 }
 
+// Effects that leave more than noise do not stand beside readings in other units or signs.
+void ask_for_units(Diagnosis& d) {
+  constexpr double more_than_noise = 4;
+  if (d.unit_error.empty() || !d.after || d.after->reduced() < more_than_noise) return;
+  d.verdict = Verdict::unexplained;
+  d.missing.insert(d.missing.begin(), "readings in the units and with the signs that are stated");
+}
+
 void take_judgement(double share_left, Diagnosis& d) {
   Judgement judgement = judge(d, share_left);
   d.verdict = judgement.verdict;
@@ -364,7 +372,10 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                                                   ? base.search().like_the_fit(nominal, fit)
                                                   : std::vector<Candidate>();
   const HeldOutRefit refit(robot, fitter, base.search().groups(), threads);
-  const double by_kinematics = base.search().explained_by_kinematics(fit);
+  // In differences the geometry cancels, and what units or signs do is none of it.
+  const bool may_be_kinematics =
+      whole.displacement == DisplacementKind::absolute && d.unit_error.empty();
+  const double by_kinematics = may_be_kinematics ? base.search().explained_by_kinematics(fit) : 0.0;
   if (options.signatures) d.signatures = base.search().signature_table(fit);
   Growth growth = grow(fitter, refit, base.search(), options, fit, progress);
   const Model& model = growth.model;
@@ -382,6 +393,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.waterfall = std::move(waterfall).result();
   take_judgement(base.search().correlated_noise().share_left(model.without, model.fit), d);
   ask_for_kinematics(by_kinematics, d);
+  ask_for_units(d);
   ask_for_sensor(robot, base.campaign(), noise, threads, progress, d);
   if (options.profiles > 0)
     d.profiles = profiles(fitter, model.present, model.fit, options.profiles, progress);

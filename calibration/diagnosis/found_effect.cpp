@@ -30,12 +30,14 @@ void take_decision(const DiagnosisStep& step, FoundEffect& found) {
 
 }  // namespace
 
+// The larger it is, the more it has to explain.
 bool is_absurd(const DiagnosisStep& step) {
   const RankedCandidate& best = step.ranking[0];
-  if (times_usual(best) <= unusual) return false;
+  const double times = times_usual(best);
+  if (times <= unusual) return false;
   const double free_form = step.log_evidence_without + step.free_form.log;
   return best.fit->log_evidence - free_form < doubtful_beside_free_form ||
-         step.share_left > unexplained_share;
+         step.share_left > unexplained_share * unusual / times;
 }
 
 double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate) {

@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/diagnosis/found_effect.h"
 #include "kinetostat/calibration/statistics/normal.h"
+#include "kinetostat/common/error.h"
 
 #include "calibration/laboratory.h"
 
@@ -249,6 +251,60 @@ TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   EXPECT_GE(creep.fit->values[1], 30);  // tau [s]
   const Diagnosis both = laboratory.diagnose(campaign, {"creep", "friction"});
   EXPECT_EQ(both.steps.at(0).ranking.at(0).candidate.effect.kind->name, "friction");
+}
+
+// The larger an effect would have to be, the more it has to explain.
+TEST(Verdict, AnAbsurdSizeMustExplainMore) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  DiagnosisStep step = laboratory.diagnose(laboratory.measure(loops()), {"friction"}).steps.at(0);
+  RankedCandidate& best = step.ranking.at(0);
+  step.free_form.log = -1e6;  // no smooth error does better
+  const auto with = [&](double times, double left) {
+    best.fit->values[0] = times * best.candidate.deviations[0];
+    step.share_left = left;
+    return is_absurd(step);
+  };
+  EXPECT_FALSE(with(5, 0.9));  // that is no unusual size
+  EXPECT_FALSE(with(10, 0.2));
+  EXPECT_TRUE(with(10, 0.4));
+  EXPECT_FALSE(with(100, 0.01));
+  EXPECT_TRUE(with(100, 0.1));
+  EXPECT_TRUE(with(3000, 0.01));
+}
+
+// Readings in other units are no effect, and in differences no kinematics.
+TEST(Verdict, OtherUnitsAreNoEffect) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  Campaign campaign = laboratory.measure(loops());
+  const Diagnosis right = laboratory.diagnose(campaign, {});
+  EXPECT_EQ(right.unit_error, "");
+  EXPECT_EQ(right.verdict, Verdict::identified);
+  for (Reading& reading : campaign.readings) reading.displacement *= 1000;
+  try {
+    const Diagnosis wrong = laboratory.diagnose(campaign, {});
+    EXPECT_EQ(wrong.verdict, Verdict::unexplained);
+    EXPECT_FALSE(wrong.by_kinematics);
+    EXPECT_THAT(wrong.unit_error, HasSubstr("times the predicted ones"));
+  } catch (const common::NotIdentifiable& error) {
+    EXPECT_THAT(error.what(), HasSubstr("times the predicted ones"));
+  }
+}
+
+// A cycle that is off as a whole scatters beside others; that is no larger noise.
+TEST(Verdict, ScatterThatWasExplainedIsNoNoise) {
+  Laboratory laboratory(slide);
+  laboratory.hide("cycle_offset", "sensor", "z=200 um,cycle=2");
+  laboratory.options().translation_noise = 5e-6;
+  const Campaign campaign = laboratory.measure(loops(5));
+  const Diagnosis d = laboratory.diagnose(campaign, {"cycle_offset", "session_drift"});
+  ASSERT_EQ(d.verdict, Verdict::identified);
+  EXPECT_EQ(d.found.at(0).candidate.effect.kind->name, "cycle_offset");
+  ASSERT_TRUE(d.noise_check);
+  EXPECT_LT(d.noise_check->p_value, 1e-3);
+  for (const auto& remark : laboratory.json(campaign, d).at("remarks"))
+    EXPECT_THAT(remark.get<std::string>(), testing::Not(HasSubstr("state that noise")));
 }
 
 // Who is not fitted because others leave noise alone would have been far behind them.
