@@ -31,8 +31,12 @@ std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
     kind.confounded_with_fit |= ranked.unobservable == confounded_with_fit;
   }
   std::vector<UnseenKind> unseen;
-  for (const auto& [name, kind] : kinds)
-    if (kind.detectability < discriminable_from) unseen.push_back(kind);
+  for (const auto& [name, kind] : kinds) {
+    const bool is_found = std::any_of(
+        diagnosis.found.begin(), diagnosis.found.end(),
+        [&](const FoundEffect& found) { return found.candidate.effect.kind->name == name; });
+    if (kind.detectability < discriminable_from && !is_found) unseen.push_back(kind);
+  }
   for (const KindWithoutPlace& kind : diagnosis.without_place)
     unseen.push_back({.name = kind.name, .reason = kind.reason});
   std::sort(unseen.begin(), unseen.end(),

@@ -94,6 +94,21 @@ std::vector<Value> values_of(const vjm::Robot& robot, const calibration::Campaig
   return values;
 }
 
+// "order 2": what design fixes, where it is not what comes first.
+std::vector<std::string> designs_in_words(const vjm::Robot& robot, const FoundEffect& found) {
+  const vjm::Effect& effect = found.candidate.effect;
+  const bool angular = vjm::turns(effect, bare(robot));
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < effect.kind->parameters.size(); ++k) {
+    const vjm::EffectParameter& p = effect.kind->parameters[k];
+    const std::vector<double>& usual = angular ? p.usual_angular : p.usual_linear;
+    const double value = effect.values[static_cast<Eigen::Index>(k)];
+    if (usual.size() > 1 && value != usual.front())
+      words.push_back(fmt::format("{} {}", p.name, number(value, 3)));
+  }
+  return words;
+}
+
 // How large it is: the leading value, and those beside it that stand out from nothing.
 std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& campaign,
                           const FoundEffect& found) {
@@ -107,10 +122,13 @@ std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& 
   if (shown.empty() && !values.empty() && !(values.front().significance < 1))
     shown.push_back(values.front());
   if (shown.empty()) return {};
-  if (shown.size() == 1 && shown.front().name == values.front().name) return shown.front().text;
+  const std::vector<std::string> designs = designs_in_words(robot, found);
+  if (shown.size() == 1 && shown.front().name == values.front().name && designs.empty())
+    return shown.front().text;
   std::vector<std::string> words;
   words.reserve(shown.size());
   for (const Value& value : shown) words.push_back(value.name + " " + value.text);
+  words.insert(words.end(), designs.begin(), designs.end());
   return listed(words, "and");
 }
 
@@ -305,6 +323,7 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
     case Verdict::narrowed_down:
       return effects_in_words(robot, campaign, d);
     case Verdict::unexplained: {
+      if (!d.unit_error.empty()) return d.unit_error;
       const std::string factor = depends_on(d);
       return fmt::format("Something is missing that the catalogue does not hold{}.",
                          factor.empty() ? "" : ": the error depends on " + factor);
@@ -336,7 +355,8 @@ std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
       return text;
     }
     case Verdict::unexplained:
-      return "something outside the catalogue";
+      return d.unit_error.empty() ? "something outside the catalogue"
+                                  : "a mistake in units, signs or frames";
     case Verdict::none_needed:
       return d.doubted ? fmt::format("nothing, most probably ({})",
                                      short_percent(d.doubted->decision.nothing))
