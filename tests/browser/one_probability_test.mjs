@@ -14,7 +14,8 @@ const wanted = 50;
 const literal = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
 
 /** A probability as a headline has it. */
-const inShort = (p) => (p > 0.999 ? "over 99.9 %" : p >= 0.1 ? `${(100 * p).toFixed(0)} %` : null);
+const inShort = (p) =>
+  p > 0.999 ? "over 99.9 %" : p >= 0.1 ? `${(100 * p).toFixed(p >= 0.995 ? 1 : 0)} %` : null;
 const squeezed = (text) => text.replace(/\s+/g, " ");
 
 /** An error as the first screen has it. */
