@@ -65,6 +65,8 @@ class OneSidedLaw : public CoordinateLaw {
   }
   bool kinks(const JointState& from, double& step) const override {
     const double corner = opening_ / from.stiffness;
+    // At the corner the tangent is that of neither side.
+    if (std::abs(from.deflection - corner) < 1e-6 * std::abs(step)) return true;
     return (from.deflection < corner) != (from.deflection + step < corner);
   }
 
