@@ -59,6 +59,8 @@ const NamedUnit named_units[] = {
     {"lbs", {0.45359237, dimension::mass}, false},
     {"lbf", {pound_force, dimension::force}, false},
     {"kgf", {9.80665, dimension::force}, false},
+    {"kp", {9.80665, dimension::force}, false},
+    {"daN", {10, dimension::force}, false},
     {"psi", {pound_force / (0.0254 * 0.0254), dimension::pressure}, false},
     {"ksi", {1e3 * pound_force / (0.0254 * 0.0254), dimension::pressure}, false},
     {"%", {0.01, dimension::none}, false},
