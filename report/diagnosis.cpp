@@ -329,8 +329,7 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
                     "explains, to first order: too many to be set aside as outliers. If "
                     "something is known to be wrong with them, mask them.",
                     d.far_values, calibration::outlying));
-  if (!d.unit_error.empty() && d.verdict != calibration::Verdict::unexplained)
-    result.insert(result.begin(), d.unit_error);
+  if (!d.unit_error.empty()) result.insert(result.begin(), d.unit_error);
   // Where what was found leaves no more than the stated noise, the scatter was its own.
   const bool is_explained =
       !d.found.empty() && d.after && d.after->p_value > calibration::certain_level;

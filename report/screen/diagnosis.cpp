@@ -283,6 +283,7 @@ std::string laws_sentences(const Diagnosis& d) {
 std::string remarks_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d) {
   std::vector<std::string> said = remarks(robot, campaign, d);
+  std::erase(said, headline(robot, campaign, d));  // it stands above
   for (std::size_t i = 0; i < std::min(d.missing.size(), most_missing); ++i)
     said.push_back("Missing: " + d.missing[i] + ".");
   std::string text;
