@@ -37,13 +37,6 @@ std::vector<std::string> link_names(const RobotDescription& robot) {
   return names;
 }
 
-// The joint that carries a link, if any.
-const DescribedJoint* carrier_of(const RobotDescription& robot, const std::string& link) {
-  for (const DescribedJoint& joint : robot.joints)
-    if (joint.child == link) return &joint;
-  return nullptr;
-}
-
 void require_link(const RobotDescription& robot, const std::string& link) {
   const std::vector<std::string> names = link_names(robot);
   if (std::find(names.begin(), names.end(), link) != names.end()) return;
@@ -87,6 +80,12 @@ std::string usual_tip(const RobotDescription& robot) {
 }
 
 }  // namespace
+
+const DescribedJoint* carrier_of(const RobotDescription& robot, const std::string& link) {
+  for (const DescribedJoint& joint : robot.joints)
+    if (joint.child == link) return &joint;
+  return nullptr;
+}
 
 bool turns(const DescribedJoint& joint) { return joint.type != JointType::prismatic; }
 

@@ -78,6 +78,9 @@ struct RobotDescription {
   std::vector<std::string> remarks = {};     // what the file says and this does not hold, in words
 };
 
+/// The joint that carries a link, or nullptr.
+const DescribedJoint* carrier_of(const RobotDescription& robot, const std::string& link);
+
 /// Throws common::InputError where names are used twice, a joint names a link that is not there, or
 /// a link is the child of two joints.
 void check_names(const RobotDescription& robot);

@@ -130,15 +130,15 @@ class Importer {
     finish_body(turned, (place_ * turned).rotation().col(frame.letter - 'x'));
     const std::string axis = std::string(turns(joint) ? "R" : "T") + frame.letter;
     const Followed followed = followed_by(joint);
-    const auto driven = driven_.find(followed.leader);
+    const auto driven = driven_.find(followed.leader->name);
     if (followed.factor == 0) {
       add_offset(axis, followed.offset, turns(joint));  // it stands where the offset has it
     } else if (driven == driven_.end()) {
       add_actuator(in_place_of_leader(joint, followed), axis);
-      if (followed.leader != joint.name)
+      if (followed.leader != &joint)
         elements_ += fmt::format("      # in place of {}, which it follows by {:.6g}\n",
-                                 common::printable(followed.leader), followed.factor);
-      driven_[followed.leader] = {&joint, followed.factor, followed.offset};
+                                 common::printable(followed.leader->name), followed.factor);
+      driven_[followed.leader->name] = {&joint, followed.factor, followed.offset};
     } else {
       add_mimic(joint, axis, followed, driven->second);
     }
@@ -177,11 +177,11 @@ class Importer {
 
   // q = factor * q_leader + offset of the joint that leads all, itself where it mimics none.
   struct Followed {
-    std::string leader;
+    const DescribedJoint* leader = nullptr;
     double factor = 1, offset = 0;
   };
   Followed followed_by(const DescribedJoint& joint) const {
-    Followed result{.leader = joint.name};
+    Followed result{.leader = &joint};
     const DescribedJoint* now = &joint;
     for (std::size_t steps = 0; !now->mimics.empty(); ++steps) {
       const auto next =
@@ -198,7 +198,7 @@ class Importer {
              .cure = "Correct the joint that it names, or write the robot file by hand"});
       result.offset += result.factor * now->mimic_offset;
       result.factor *= now->mimic_factor;
-      result.leader = next->name;
+      result.leader = &*next;
       now = &*next;
     }
     return result;
@@ -214,10 +214,8 @@ class Importer {
   // A joint that is driven for another one has what that has, counted in its own motion: the spring
   // beside its own, what both limits leave, the effort.
   DescribedJoint in_place_of_leader(DescribedJoint joint, const Followed& followed) const {
-    if (followed.leader == joint.name) return joint;
-    const DescribedJoint& leader =
-        *std::find_if(model_.joints.begin(), model_.joints.end(),
-                      [&](const DescribedJoint& j) { return j.name == followed.leader; });
+    const DescribedJoint& leader = *followed.leader;
+    if (leader.name == joint.name) return joint;
     if (leader.stiffness)
       joint.stiffness =
           joint.stiffness.value_or(0) + *leader.stiffness / (followed.factor * followed.factor);
@@ -322,13 +320,10 @@ class Importer {
   // With all joints at zero.
   Matrix3 base_in_root() const {
     Matrix3 rotation = Matrix3::Identity();
-    std::string link = chain_.base;
-    for (std::size_t steps = 0; steps <= model_.joints.size(); ++steps) {
-      const auto joint = std::find_if(model_.joints.begin(), model_.joints.end(),
-                                      [&](const DescribedJoint& j) { return j.child == link; });
-      if (joint == model_.joints.end()) break;
+    const DescribedJoint* joint = carrier_of(model_, chain_.base);
+    for (std::size_t steps = 0; joint != nullptr && steps < model_.joints.size(); ++steps) {
       rotation = joint->origin.rotation() * rotation;
-      link = joint->parent;
+      joint = carrier_of(model_, joint->parent);
     }
     return rotation;
   }

@@ -54,10 +54,7 @@ class Reader {
   // From the world into the root: the first link that no joint carries.
   void turn_gravity() {
     for (const DescribedLink& link : description_.links) {
-      const bool is_carried =
-          std::any_of(description_.joints.begin(), description_.joints.end(),
-                      [&](const DescribedJoint& joint) { return joint.child == link.name; });
-      if (is_carried) continue;
+      if (carrier_of(description_, link.name) != nullptr) continue;
       const auto found = frames_.find(link.name);
       if (found == frames_.end()) return;  // the world
       const Pose in_world = model_in_world_ * pose_of(*found->second);
