@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/load_history.h"
@@ -10,11 +11,12 @@
 namespace kinetostat::calibration {
 namespace {
 
+using Eigen::Index;
 using Eigen::VectorXd;
 
-bool measures(const Campaign& campaign, const std::vector<Eigen::Index>& kind) {
+bool measures(const Campaign& campaign, const std::vector<Index>& kind) {
   return std::any_of(campaign.readings.begin(), campaign.readings.end(), [&](const Reading& r) {
-    return std::any_of(kind.begin(), kind.end(), [&](Eigen::Index k) { return r.uses(k); });
+    return std::any_of(kind.begin(), kind.end(), [&](Index k) { return r.uses(k); });
   });
 }
 
@@ -37,7 +39,35 @@ bool are_only_unloaded(const Campaign& campaign, const std::vector<ReplicateGrou
          });
 }
 
+void scale(Noise& noise, const Campaign& campaign, const std::vector<Index>& kind, double factor) {
+  for (VectorXd& sigma : noise.sigma) sigma(kind) *= factor;
+  for (Datum& datum : noise.datums)
+    for (const Index k : kind)
+      if (std::isnan(campaign.datum_noise[k])) datum.sigma[k] *= factor;
+}
+
 }  // namespace
+
+// What a stated datum shares does not grow with the noise, so that the scatter beside it is not
+// proportional: iterated.
+Noise with_scatter(Noise noise, const Campaign& campaign,
+                   const std::vector<ReplicateGroup>& groups) {
+  if (noise.source != NoiseSource::replicates) return noise;
+  constexpr int most_steps = 100;
+  constexpr double exactly = 1e-6;
+  for (const std::vector<Index>& kind : component_kinds(campaign)) {
+    if (!measures(campaign, kind)) continue;
+    for (int step = 0; step < most_steps; ++step) {
+      const PureError scatter = pure_error(campaign, groups, noise, kind);
+      if (scatter.degrees_of_freedom == 0 || !(scatter.sum > 0)) break;
+      const double factor =
+          std::sqrt(scatter.sum / static_cast<double>(scatter.degrees_of_freedom));
+      scale(noise, campaign, kind, factor);
+      if (std::abs(factor - 1) < exactly) break;
+    }
+  }
+  return noise;
+}
 
 Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
   const std::size_t n = campaign.readings.size();
@@ -53,8 +83,8 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   noise.datums = datums_of(campaign, noise.sigma);
   VectorXd pooled = VectorXd::Ones(campaign.size());
   bool complete = true;
-  Eigen::Index freedom = 0, kinds = 0;
-  for (const std::vector<Eigen::Index>& kind : component_kinds(campaign)) {
+  Index freedom = 0, kinds = 0;
+  for (const std::vector<Index>& kind : component_kinds(campaign)) {
     if (!measures(campaign, kind)) continue;
     ++kinds;
     const PureError scatter = pure_error(campaign, groups, noise, kind);
@@ -75,7 +105,7 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   noise.degrees_of_freedom = freedom;
   noise.sigma.assign(n, pooled);
   noise.datums = datums_of(campaign, noise.sigma);
-  return noise;
+  return with_scatter(std::move(noise), campaign, groups);
 }
 
 }  // namespace kinetostat::calibration

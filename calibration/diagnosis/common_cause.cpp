@@ -63,7 +63,8 @@ std::optional<CommonCause> common_cause(const vjm::Robot& robot, const Campaign&
   for (const Candidate& candidate : candidates) {
     const auto fit = if_possible([&] { return fitter.fit({candidate}, nullptr, progress); });
     if (!fit || p_value_beside(*fit, with_all).value_or(0) <= as_well) continue;
-    const ChiSquareTest test = chi_square_test(fit->squared_error, fit->degrees_of_freedom());
+    const ChiSquareTest test =
+        misfit_test(fit->squared_error, fit->degrees_of_freedom(), noise.degrees_of_freedom);
     if (test.p_value < certain_level) continue;
     if (best && best->test.statistic <= fit->squared_error) continue;
     std::vector<Parameter> own;

@@ -90,9 +90,9 @@ void take_values(const std::vector<FittedValues>& fitted, std::vector<FoundEffec
   }
 }
 
-std::optional<ChiSquareTest> test_of(const BaseFit& fit, NoiseSource source) {
-  if (source == NoiseSource::unknown || fit.degrees_of_freedom() < 1) return std::nullopt;
-  return chi_square_test(fit.squared_error, fit.degrees_of_freedom());
+std::optional<ChiSquareTest> test_of(const BaseFit& fit, const Noise& noise) {
+  if (noise.source == NoiseSource::unknown || fit.degrees_of_freedom() < 1) return std::nullopt;
+  return misfit_test(fit.squared_error, fit.degrees_of_freedom(), noise.degrees_of_freedom);
 }
 
 // Readings of some values, masked.
@@ -206,7 +206,7 @@ Diagnosis of_baseline(const Baseline& base) {
   d.noise_without_load = base.noise().only_unloaded;
   d.set_aside = base.set_aside();
   d.far_values = base.far_values();
-  d.before = test_of(base.fit(), base.noise().source);
+  d.before = test_of(base.fit(), base.noise());
   d.noise_check = test_of_stated_noise(
       pure_error(base.campaign(), replicate_groups(base.campaign()), base.noise()), base.noise());
   d.weak = base.weak();
@@ -279,12 +279,12 @@ class Waterfall {
 };
 
 // What was found, and how well it does beside an unmodelled smooth error and against what is left.
-void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
+void take_growth(const Search& search, const Noise& noise, Growth& growth, Diagnosis& d) {
   d.steps = std::move(growth.steps);
   d.found = std::move(growth.found);
   d.doubted = std::move(growth.doubted);
   const Model& model = growth.model;
-  d.after = test_of(model.fit, d.noise);
+  d.after = test_of(model.fit, noise);
   if (!d.found.empty()) {
     d.above_free_form =
         above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
@@ -387,7 +387,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (growth.found.empty())
     d.common_cause = common_cause(robot, base.campaign(), noise, fit, nominal, like_the_fit,
                                   threads, progress, options.journal);
-  take_growth(base.search(), growth, d);
+  take_growth(base.search(), base.noise(), growth, d);
   doubt_friction(base.campaign(), d);
   list_ambiguous(d);
   d.waterfall = std::move(waterfall).result();

@@ -8,6 +8,7 @@
 #include <Eigen/QR>
 
 #include "kinetostat/calibration/campaign/datum.h"
+#include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
 
@@ -120,8 +121,9 @@ Noise with_datums_seen(Noise noise, const vjm::Robot& robot, const Campaign& cam
   const double most = *std::max_element(logs.begin(), logs.end());
   const auto first =
       std::find_if(logs.begin(), logs.end(), [&](double log) { return log >= most - in_doubt; });
-  return with_datums(std::move(noise), campaign,
-                     std::ldexp(1.0, -static_cast<int>(first - logs.begin())));
+  const double factor = std::ldexp(1.0, -static_cast<int>(first - logs.begin()));
+  return with_scatter(with_datums(std::move(noise), campaign, factor), campaign,
+                      replicate_groups(campaign));
 }
 
 }  // namespace kinetostat::calibration

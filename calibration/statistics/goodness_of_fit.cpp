@@ -1,5 +1,6 @@
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <boost/math/distributions/chi_squared.hpp>
@@ -40,6 +41,19 @@ ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom,
           .critical = quantile(complement(distribution, level)),
           .p_value = chance_of_larger_chi_square(statistic, n),
           .lower_p_value = is_never_smaller(statistic, n) ? 0 : cdf(distribution, statistic)};
+}
+
+ChiSquareTest misfit_test(double statistic, Eigen::Index degrees_of_freedom,
+                          Eigen::Index degrees_of_freedom_noise) {
+  ChiSquareTest test = chi_square_test(statistic, degrees_of_freedom);
+  if (degrees_of_freedom_noise == 0 || degrees_of_freedom <= degrees_of_freedom_noise) return test;
+  const auto n = static_cast<double>(degrees_of_freedom - degrees_of_freedom_noise);
+  const auto d = static_cast<double>(degrees_of_freedom_noise);
+  const boost::math::fisher_f distribution(n, d);
+  const double f = std::max(0.0, statistic - d) / n;  // the scatter is d, in units of its noise
+  test.p_value = cdf(complement(distribution, f));
+  test.lower_p_value = cdf(distribution, f);
+  return test;
 }
 
 LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack, double pure,

@@ -106,5 +106,31 @@ TEST(DatumNoise, IsNotWhatADriftDoes) {
   EXPECT_LE(seen(laboratory, measured(100, laboratory)), 1.01 * usual_datum_variance / 4);
 }
 
+// Estimated from replicates, over their true noise: that of `count` cycles with datums of `factor`
+// times it, said to be `said` times it (NaN: not said).
+double estimated(int count, double factor, double said, std::uint64_t seed) {
+  Laboratory laboratory(slide);
+  laboratory.options().seed = seed;
+  Campaign campaign = measured(count, laboratory);
+  add_datums(factor, seed, campaign);
+  const double sigma = campaign.readings[0].sigma[2];
+  campaign.datum_noise.setConstant(said * sigma);
+  campaign.noise_stated = false;
+  common::Progress silent;
+  const Noise noise = with_datums_seen(noise_of(campaign, replicate_groups(campaign)),
+                                       laboratory.robot(), campaign, 1, silent);
+  return noise.sigma[0][2] / sigma;
+}
+
+TEST(ReplicateNoise, IsThatOfReadingsWhateverTheirDatumsHave) {
+  const double usual = std::sqrt(usual_datum_variance), unsaid = std::nan("");
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    EXPECT_NEAR(estimated(100, 0, unsaid, seed), 1, 0.1);
+    EXPECT_NEAR(estimated(100, usual, unsaid, seed), 1, 0.1);
+    EXPECT_NEAR(estimated(100, 0, 0, seed), 1, 0.1);
+    EXPECT_NEAR(estimated(100, 4, 4, seed), 1, 0.1);
+  }
+}
+
 }  // namespace
 }  // namespace kinetostat::calibration::datum_noise_test
