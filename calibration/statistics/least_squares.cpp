@@ -118,8 +118,11 @@ struct StepProblem {
 // on the remainder of the strong one's curvature.
 VectorXd bounded_step(const StepProblem& problem, double damping) {
   const Index n = problem.jacobian.cols();
-  std::vector<Index> moving(static_cast<std::size_t>(n)), held;
-  std::iota(moving.begin(), moving.end(), 0);
+  std::vector<Index> moving, held;
+  for (Index k = 0; k < n; ++k) {
+    const bool stays = problem.lower[k] == problem.upper[k] || problem.jacobian.col(k).isZero(0);
+    (stays ? held : moving).push_back(k);
+  }
   VectorXd step = VectorXd::Zero(n);
   for (Index turn = 0; turn < 4 * n + 4; ++turn) {
     VectorXd right = problem.residual;

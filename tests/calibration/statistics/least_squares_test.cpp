@@ -130,6 +130,26 @@ TEST(LeastSquares, BoundedProblemsMeetTheirOptimalityConditions) {
 }
 
 // Rosenbrock's valley with its minimum cut off: on x <= 0.5 the best is (0.5, 0.25).
+// Without damping a column that is 0 says nothing of where its unknown is to go.
+TEST(LeastSquares, UnknownsThatAreHeldOrHaveNoInfluenceStayWhereTheyAre) {
+  Random random;
+  MatrixXd a = random.matrix(8, 4);
+  a.col(1).setZero();
+  a.col(3).setZero();
+  LeastSquaresOptions options;
+  options.lower = VectorXd::Constant(4, -infinity);
+  options.upper = VectorXd::Constant(4, infinity);
+  VectorXd start(4);
+  start << 1, 2, 3, 4;
+  for (const Index held : {1, 2}) options.lower[held] = options.upper[held] = start[held];
+  options.first_damping = 0;
+  const LeastSquaresResult result = minimise(linear(a, random.matrix(8, 1)), start, options);
+  EXPECT_EQ(result.x.tail<3>(), start.tail<3>());
+  EXPECT_TRUE(std::isfinite(result.x[0]));
+  EXPECT_NE(result.hit[1], BoundHit::none);
+  EXPECT_NE(result.hit[2], BoundHit::none);
+}
+
 TEST(LeastSquares, FollowsACurvedValleyToABound) {
   const auto rosenbrock = [](const VectorXd& x) -> std::optional<Linearisation> {
     Linearisation at{VectorXd(2), MatrixXd(2, 2)};
