@@ -33,17 +33,46 @@ VectorXd usual_sigma(const std::vector<std::size_t>& readings, const std::vector
       [](double s) { return std::isfinite(s) ? std::sqrt(usual_datum_variance) * s : 0; });
 }
 
+// In a plan nothing is read yet.
+bool is_read(const Campaign& campaign) {
+  return !std::all_of(campaign.readings.begin(), campaign.readings.end(), is_zero);
+}
+
+bool has_datums(const Campaign& campaign) {
+  return campaign.displacement == DisplacementKind::difference &&
+         campaign.zero == ZeroReading::known && is_read(campaign);
+}
+
 }  // namespace
+
+std::vector<bool> are_datums(const Campaign& campaign) {
+  std::vector<bool> result(campaign.readings.size(), false);
+  if (!has_datums(campaign)) return result;
+  std::map<std::tuple<std::size_t, std::string, std::size_t>, std::size_t> first;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& r = campaign.readings[i];
+    if (r.cycle.empty()) continue;
+    const auto [at, is_new] = first.try_emplace({r.session, r.cycle, r.configuration}, i);
+    const Reading& before = campaign.readings[at->second];
+    if (!is_new && std::tuple(r.step, r.time) < std::tuple(before.step, before.time))
+      at->second = i;
+  }
+  const std::vector<vjm::Load> loads = changing_loads(campaign);
+  for (const auto& [key, i] : first) {
+    const Reading& reading = campaign.readings[i];
+    result[i] = is_used(reading) && level_of(loads[i]) == 0 && is_zero(reading);
+  }
+  return result;
+}
 
 std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<VectorXd>& sigma) {
   if (campaign.displacement != DisplacementKind::difference || campaign.zero != ZeroReading::known)
     return {};
-  // In a plan nothing is read yet.
-  const bool is_read = !std::all_of(campaign.readings.begin(), campaign.readings.end(), is_zero);
+  const bool is_measured = is_read(campaign);
   std::map<std::tuple<std::size_t, std::string, std::size_t>, std::vector<std::size_t>> counted;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const Reading& reading = campaign.readings[i];
-    const bool is_datum = is_read && level_of(reading.load) == 0 && is_zero(reading);
+    const bool is_datum = is_measured && level_of(reading.load) == 0 && is_zero(reading);
     if (is_used(reading) && !is_datum)
       counted[{reading.session, reading.cycle, reading.configuration}].push_back(i);
   }

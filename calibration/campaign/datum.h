@@ -14,6 +14,10 @@ namespace kinetostat::calibration {
 /// load are often averaged, yet seldom by many. Less where readings refute it (datum_noise.h).
 inline constexpr double usual_datum_variance = 0.5;
 
+/// Of each reading whether it is a datum itself, which measures nothing: of differences the first
+/// of its cycle at a configuration, without load and exactly 0.
+std::vector<bool> are_datums(const Campaign& campaign);
+
 /// The datums of differences whose unloaded state was read: one for each cycle (without cycles: for
 /// each configuration in a session) of which two readings or more are in use; rows that are the
 /// datum itself (without load, exactly 0) are not counted from it. Noise of the datum: as stated,

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 
@@ -235,9 +236,11 @@ struct Visit {
 // In the order of time within a place.
 std::vector<Visit> visits_of(const Campaign& campaign) {
   const std::vector<std::size_t> states = States(campaign).numbers();
+  const std::vector<bool> is_datum = are_datums(campaign);
   std::map<std::tuple<std::size_t, std::string_view, Eigen::Index>, std::size_t> counts;
   std::vector<Visit> visits;
   for (const std::size_t i : in_order_of_time(campaign.readings)) {
+    if (is_datum[i]) continue;
     const std::string& replicate = campaign.readings[i].replicate;
     for (const Eigen::Index k : components_in_use(campaign.readings[i])) {
       const std::size_t number = replicate.empty() ? 0 : counts[{states[i], replicate, k}]++;

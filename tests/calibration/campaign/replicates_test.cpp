@@ -78,6 +78,30 @@ TEST(Replicates, FarApartInTimeAreNoneWhereSomethingDrifts) {
   EXPECT_LT(scatter.sum / 40, 1 + 4.5 * 1.6);
 }
 
+// Each cycle starts with the reading that the others are counted from, as instruments are zeroed:
+// it repeats nothing. One that comes back to zero to the last digit does.
+TEST(Replicates, TheUnloadedReadingsThatOthersAreCountedFromAreNone) {
+  Normal normal(5);
+  std::string csv = "cycle,step,fz,dz\n", without = csv;
+  for (int cycle = 1; cycle <= 20; ++cycle) {
+    csv += fmt::format("{},0,0,0\n", cycle);
+    for (int step = 1; step <= 4; ++step) {
+      const std::string row =
+          fmt::format("{},{},{},{}\n", cycle, step, step % 4, 1e-3 * (step % 4) + 1e-3 * normal());
+      csv += row;
+      without += row;
+    }
+  }
+  const auto noise = [](const std::string& text) {
+    const Campaign c = campaign(text);
+    return noise_of(c, replicate_groups(c)).sigma[0][2];
+  };
+  EXPECT_NEAR(noise(csv), noise(without), 1e-12 * noise(without));
+  const std::string back =
+      "cycle,step,fz,dz\n1,0,0,0\n1,1,5,1\n1,2,0,0\n2,0,0,0\n2,1,5,1\n2,2,0,0\n";
+  EXPECT_EQ(sizes(campaign(back)), Sizes(2, 2));
+}
+
 TEST(Replicates, OfOneTemperatureAreRepetitions) {
   std::string csv = "time,temperature,fz,dz\n";
   Normal normal(4);
