@@ -21,6 +21,7 @@ using Eigen::VectorXd;
 
 constexpr int most_halvings = 6;
 const double in_doubt = std::log(10.0);  // of the log likelihood
+constexpr double most_misfit = 1.5;      // times the noise, of a model by which datums are judged
 
 bool is_open(const Campaign& campaign, const Noise& noise) {
   return !noise.datums.empty() && campaign.datum_noise.array().isNaN().any() &&
@@ -58,6 +59,11 @@ std::optional<Reference> fit_without_effects(const Noise& noise, const vjm::Robo
   if (!fit) return std::nullopt;
   result.fit = *fit;
   return result;
+}
+
+double misfit(const BaseFit& fit) {
+  const auto freedom = static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
+  return std::sqrt(fit.squared_error / freedom);
 }
 
 // Columns of readings: of one session and component each.
@@ -111,7 +117,7 @@ Noise with_datums_seen(Noise noise, const vjm::Robot& robot, const Campaign& cam
                        common::Progress& progress) {
   if (!is_open(campaign, noise)) return noise;
   const auto reference = fit_without_effects(noise, robot, campaign, threads, progress);
-  if (!reference) return noise;
+  if (!reference || misfit(reference->fit) > most_misfit) return noise;
   const std::vector<Value> values = values_in_use(campaign);
   const MatrixXd columns = residual_and_fitted(*reference, campaign, values);
   std::vector<double> logs;

@@ -15,9 +15,10 @@ namespace kinetostat::calibration {
 /// of the greatest, so that in doubt it stays what is usual, and never more. That likelihood is of
 /// a model that does not depend on what was found or fitted before: the robot without effects, its
 /// uncertain stiffnesses free, and a drift of each session and component with time and with
-/// temperature. A noise that is estimated from replicates is estimated once more beside these
-/// datums. Of tables longer than `most_for_datums`, and where that model cannot be fitted, the
-/// noise stays as it is.
+/// temperature; where it leaves more than 1.5 times the noise, what is missing would be taken for
+/// noise of single readings, and datums stay as they are. A noise that is estimated from replicates
+/// is estimated once more beside these datums. Of tables longer than `most_for_datums`, and where
+/// that model cannot be fitted, the noise stays as it is.
 Noise with_datums_seen(Noise noise, const vjm::Robot& robot, const Campaign& campaign, int threads,
                        common::Progress& progress);
 

@@ -106,6 +106,15 @@ TEST(DatumNoise, IsNotWhatADriftDoes) {
   EXPECT_LE(seen(laboratory, measured(100, laboratory)), 1.01 * usual_datum_variance / 4);
 }
 
+// What a model lacks is no noise of single readings, beside which datums would look exact.
+TEST(DatumNoise, StaysAsUsualWhereMuchIsMissing) {
+  Laboratory laboratory(slide);
+  laboratory.hide("hardening", "q", "k3=1e13 N/m^3");
+  Campaign campaign = measured(100, laboratory);
+  add_datums(std::sqrt(usual_datum_variance), 1, campaign);
+  EXPECT_DOUBLE_EQ(seen(laboratory, campaign), usual_datum_variance);
+}
+
 // Estimated from replicates, over their true noise: that of `count` cycles with datums of `factor`
 // times it, said to be `said` times it (NaN: not said).
 double estimated(int count, double factor, double said, std::uint64_t seed) {
