@@ -88,10 +88,26 @@ Flexibility flexibility_of(const Matrix6& stiffness, double length) {
   return result;
 }
 
+// Compliances [m/N] below this are rounding: nothing yields there. Rotations are times a length.
+double rounding_of(const Flexibility& flexibility, double length) {
+  const Vector6 scale = twist_scale(length);
+  return 1e-12 * (scale.asDiagonal() * flexibility.compliance * scale.asDiagonal()).norm();
+}
+
 double along(const Flexibility& flexibility, const Vector6& unit_wrench) {
   if (flexibility.is_uncarried(unit_wrench)) return 0;
+  const double length = flexibility.length;
   const double compliance = unit_wrench.dot(flexibility.compliance * unit_wrench);
-  return compliance == 0 ? infinity : 1 / compliance;
+  const double size = (unit_wrench.cwiseQuotient(twist_scale(length))).squaredNorm();
+  return std::abs(compliance) <= size * rounding_of(flexibility, length) ? infinity
+                                                                         : 1 / compliance;
+}
+
+// Of compliances in increasing order: what is weakest, negative where it is unstable.
+double weakest_of(const Eigen::Ref<const Eigen::VectorXd>& compliances, double rounding) {
+  const double least = compliances[0], most = compliances[compliances.size() - 1];
+  if (least < -rounding) return 1 / least;
+  return most <= rounding ? infinity : 1 / most;
 }
 
 // Smallest stiffness under pure forces (first = 0) or pure moments (first = 3). A negative value
@@ -101,9 +117,8 @@ double weakest_of_block(const Flexibility& flexibility, int first) {
   if (!uncarried.isZero(1e-9)) return 0;
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(
       flexibility.compliance.block<3, 3>(first, first), Eigen::EigenvaluesOnly);
-  const Vector3& values = eigen.eigenvalues();
-  if (values[0] < 0) return 1 / values[0];
-  return values[2] == 0 ? infinity : 1 / values[2];
+  const double length = flexibility.length, unit = first == 0 ? 1 : length * length;
+  return weakest_of(eigen.eigenvalues(), rounding_of(flexibility, length) / unit);
 }
 
 Vector6 scaled_compliances(const Flexibility& flexibility, double length) {
@@ -116,15 +131,15 @@ Vector6 scaled_compliances(const Flexibility& flexibility, double length) {
 
 double weakest(const Flexibility& flexibility, double length) {
   if (flexibility.has_free_motion()) return 0;
-  const Vector6 values = scaled_compliances(flexibility, length);
-  if (values[0] < 0) return 1 / values[0];
-  return values[5] == 0 ? infinity : 1 / values[5];
+  return weakest_of(scaled_compliances(flexibility, length), rounding_of(flexibility, length));
 }
 
 double condition(const Flexibility& flexibility, double length) {
   if (flexibility.has_free_motion()) return infinity;
   const Vector6 values = scaled_compliances(flexibility, length).cwiseAbs();
-  return values.minCoeff() == 0 ? infinity : values.maxCoeff() / values.minCoeff();
+  return values.minCoeff() <= rounding_of(flexibility, length)
+             ? infinity
+             : values.maxCoeff() / values.minCoeff();
 }
 
 double value_of(const MapIndex& index, const Flexibility& flexibility, const Vector6& deflection) {

@@ -51,6 +51,44 @@ TEST(WorkspaceMap, SpringsInSeriesHaveTheirClosedForm) {
   EXPECT_NEAR(point.values[3], 300 / 1e6, 1e-12);
 }
 
+// A robot that is rigid but for its two turning joints stands obliquely: rounding must not make its
+// rigid directions yield, or unstable.
+TEST(WorkspaceMap, RigidDirectionsStayRigidHoweverTheRobotStands) {
+  const spatial::Matrix3 tilt =
+      (Eigen::AngleAxisd(0.7, Vector3::UnitZ()) * Eigen::AngleAxisd(0.5, Vector3::UnitY()) *
+       Eigen::AngleAxisd(0.3, Vector3::UnitX()))
+          .toRotationMatrix();
+  const double k1 = 2e5, k2 = 1e5, length = 0.4;
+  for (const double q : {0.35, 1.0, 1.7}) {
+    const auto at = [&](const spatial::Matrix3& base) {
+      ChainBuilder chain("arm");
+      chain.offset(Pose(base, Vector3::Zero()))
+          .actuator("q1", Motion::rz, k1)
+          .offset(Pose::translation({length, 0, 0}))
+          .actuator("q2", Motion::rz, k2, q)
+          .offset(Pose::translation({length, 0, 0}));
+      return Manipulator("arm", {chain.build()});
+    };
+    // Both joints at the tool: J K^-1 J' of the plane.
+    Eigen::Matrix2d j;
+    j << -length * std::sin(q), -length * std::sin(q), length + length * std::cos(q),
+        length * std::cos(q);
+    const Eigen::Matrix2d c = j * Eigen::Vector2d(1 / k1, 1 / k2).asDiagonal() * j.transpose();
+    const double weakest = 1 / Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1];
+    const Manipulator arm = at(tilt);
+    const MapPoint point =
+        map_point(arm, {posture_from_joints(arm, {}).posture.platform, {}},
+                  {{.kind = Kind::weakest_translation},
+                   {.kind = Kind::stiffness, .direction = tilt * Vector3::UnitZ()},
+                   {.kind = Kind::rotational, .direction = tilt * Vector3::UnitX()},
+                   {.kind = Kind::condition, .length = 0.1}});
+    EXPECT_NEAR(point.values[0], weakest, 1e-9 * weakest);
+    EXPECT_TRUE(std::isinf(point.values[1]));
+    EXPECT_TRUE(std::isinf(point.values[2]));
+    EXPECT_TRUE(std::isinf(point.values[3]));
+  }
+}
+
 // A mass on a spring, sqrt(k/m); free where nothing holds it, none where there is none.
 TEST(WorkspaceMap, FirstFrequencyIsThatOfTheMassOnItsSpring) {
   const auto on_a_slide = [](double mass, bool held) {
