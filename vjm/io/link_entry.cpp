@@ -274,6 +274,7 @@ LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
     const Matrix6 stiffness = kind == "bearing" ? read_bearing(value, units, *options.sources)
                                                 : read_guide(value, units, *options.sources);
     LinkModel link{.parts = {stiffness_part({}, stiffness, value)}};
+    link.parts[0].travels = kind == "guide";  // what yields are the carriages, under the table
     link.mass = read_mass(node, units, *options.sources);
     return link;
   }

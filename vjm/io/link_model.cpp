@@ -37,13 +37,15 @@ void LinkModel::append_to(ChainBuilder& chain, const std::string& name) const {
     const spatial::Matrix3 half =
         mass ? spatial::Matrix3(0.5 * mass->inertia / static_cast<double>(parts.size()))
              : spatial::Matrix3(spatial::Matrix3::Zero());
+    const bool travels = parts[i].travels;
+    if (travels) append_free_motions(parts[i], chain, part_name);
     if (share > 0) chain.mass(part_name + ".mass1", share, center - third, name, half);
     if (parts[i].compliance) {
       chain.link(part_name, offset, *parts[i].compliance);
     } else {
       chain.offset(offset);
     }
-    append_free_motions(parts[i], chain, part_name);
+    if (!travels) append_free_motions(parts[i], chain, part_name);
     if (share > 0)
       chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third), name,
                  offset.rotation().transpose() * half * offset.rotation());

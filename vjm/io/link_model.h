@@ -17,7 +17,8 @@ class ChainBuilder;
 struct LinkPart {
   spatial::Pose offset;                                 // start frame to end frame
   std::optional<spatial::Compliance6> compliance = {};  // at the end, in the axes of the end frame
-  std::vector<ScrewMotion> free_motions = {};           // there
+  std::vector<ScrewMotion> free_motions = {};           // there, behind the spring
+  bool travels = false;  // the spring goes along with the free motions: they are before it
 };
 
 /// The mass of a link.

@@ -10,6 +10,8 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/machine_elements/ball_screw.h"
 #include "kinetostat/vjm/machine_elements/bearing.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/stiffness.h"
 
 #include "vjm/robot_text.h"
 
@@ -96,6 +98,22 @@ TEST(GuideEntry, SlidesFreelyAlongItsRail) {
   EXPECT_NEAR(k(1, 1), 4 * 300e6, 1);
   EXPECT_NEAR(k(3, 3), 4 * 500e6 * 0.15 * 0.15, 1);
   EXPECT_EQ(chain.size(), 7);
+}
+
+// The carriages travel with the table: what it yields to a load does not depend on where it stands.
+TEST(GuideEntry, ItsCarriagesTravelWithTheTable) {
+  std::string text = machine(usual_bearing, usual_guide, usual_screw);
+  text.replace(text.find("{chain: drive}"), 14, "{chain: slide}");
+  const Robot robot = robot_from(text);
+  const Manipulator& table = robot.without_effects();
+  const auto stiffness_at = [&](double along) {
+    const Posture posture = posture_from_joints(table, {{"guide.free1", along}}).posture;
+    const spatial::Frame there{posture.platform.position(), posture.platform.rotation()};
+    return unloaded_stiffness(table, posture).stiffness->in(there).matrix();
+  };
+  const spatial::Matrix6 home = stiffness_at(0), away = stiffness_at(0.6);
+  EXPECT_NEAR(home(2, 2), 4 * 500e6, 1);
+  EXPECT_LT((away - home).norm(), 1e-9 * home.norm());
 }
 
 TEST(BallScrewEntry, IsStiffestNearItsBearing) {
