@@ -121,8 +121,8 @@ class Posterior {
     group_[static_cast<std::size_t>(i)] = prior->group;
     const Parameter& parameter = estimate.parameter;
     if (prior->group >= 0) {
-      deviation_[i] /= widest_prior;
-      fitted_[i] = widest_prior;
+      deviation_[i] /= prior->times;
+      fitted_[i] = prior->times;
     }
     const double rounding = 1e-9 * prior->deviation;
     const auto is = [&](double value) { return std::abs(estimate.value - value) <= rounding; };

@@ -33,6 +33,7 @@ struct Parameter {
     double mean = 0, deviation = 1;
     /// Priors of one group are known up to a common factor (evidence.h); -1: there is none.
     int group = -1;
+    double times = 1;  // the usual deviation: how much wider the prior of a group is
   };
   std::optional<Prior> prior = {};
 

@@ -223,6 +223,16 @@ bool is_size(const vjm::EffectKind& kind, std::size_t value) {
   return value == 0 || (kind.acts_on_numbers() && !kind.parameters[value].is_shape);
 }
 
+double times_usual(const Candidate& candidate, const Eigen::VectorXd& values) {
+  double most = 0;
+  for (std::size_t k = 0; k < candidate.deviations.size(); ++k) {
+    const vjm::EffectParameter& p = candidate.effect.kind->parameters[k];
+    const double size = std::abs(values[static_cast<Eigen::Index>(k)] - p.none);
+    if (!p.is_shape) most = std::max(most, size / candidate.deviations[k]);
+  }
+  return most;
+}
+
 bool can_only_grow(const vjm::EffectParameter& parameter) {
   return parameter.lower >= parameter.none;
 }

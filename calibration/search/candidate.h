@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/statistics/residual_space.h"
 
 namespace kinetostat::calibration {
@@ -18,6 +19,7 @@ struct Candidate {
   vjm::Effect effect;
   std::vector<double> deviations;  // prior standard deviations of its values [SI]
   std::size_t designs = 1;         // in how many ways values that design fixes may be fixed
+  double widest = widest_prior;    // times usual: how wide the priors of its size enter a fit
 
   std::string name() const;  // "clearance at x.rho"
 };
@@ -52,6 +54,10 @@ std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Ca
 /// Whether a value says how large the effect is: the leading one; of effects on numbers that are
 /// read one an axis, since nobody knows which are.
 bool is_size(const vjm::EffectKind& kind, std::size_t value);
+
+/// max over k of |x_k - none_k| / s_k: how many times its usual size an effect with these values
+/// has.
+double times_usual(const Candidate& candidate, const Eigen::VectorXd& values);
 
 /// Whether a value cannot lie below where there is no effect.
 bool can_only_grow(const vjm::EffectParameter& parameter);

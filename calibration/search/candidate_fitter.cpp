@@ -203,7 +203,8 @@ std::vector<Parameter> CandidateFitter::parameters(const std::vector<vjm::Effect
         const auto [it, is_new] = groups.try_emplace(key, group + 1);
         group += is_new ? 1 : 0;
         prior.group = it->second;
-        prior.deviation *= widest_prior;
+        prior.times = described.is_shape ? widest_prior : added[a].widest;
+        prior.deviation *= prior.times;
       }
       p.prior = prior;
       result.push_back(std::move(p));
@@ -237,8 +238,10 @@ BaseFit CandidateFitter::fit_on_one_thread(const std::vector<Candidate>& added,
                                            double least_gain, common::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = unknowns_near(effects, added, start);
+  // Not of effects that are there already: their laws may have no sense where a straight line ends.
+  const auto own = unknowns.size() - static_cast<std::size_t>(added.back().effect.values.size());
   for (std::size_t k = 0; rough && k < unknowns.size(); ++k)
-    unknowns[k].start = rough->values[static_cast<Index>(k)];
+    if (k < base_.size() || k >= own) unknowns[k].start = rough->values[static_cast<Index>(k)];
   return fitted(effects, unknowns, &start, {.least_gain = least_gain}, 1, progress);
 }
 
@@ -429,12 +432,9 @@ BaseFit CandidateFitter::predicted(const Campaign& others, const BaseFit& fit,
 double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
                                  const std::vector<Candidate>& added,
                                  common::Progress& progress) const {
-  try {
-    const BaseFit there = predicted(others, fit, added, progress);
-    return std::sqrt(there.squared_error / static_cast<double>(there.values));
-  } catch (const common::NoConvergence&) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
+  const auto there = if_possible([&] { return predicted(others, fit, added, progress); });
+  return there ? std::sqrt(there->squared_error / static_cast<double>(there->values))
+               : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& predictor,

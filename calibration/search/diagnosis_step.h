@@ -91,7 +91,7 @@ struct DiagnosisStep {
   Eigen::MatrixXd confusion;
 };
 
-/// max over k of |x_k - none_k| / s_k: how many times its usual size a fitted effect has.
+/// How many times its usual size a fitted effect has.
 double times_usual(const RankedCandidate& ranked);
 
 }  // namespace kinetostat::calibration

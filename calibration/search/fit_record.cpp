@@ -122,7 +122,7 @@ class Members {
   void one(CondensedFit& r) { (*this)(r.values, r.cost); }
   void one(Signature& s) { (*this)(s.columns, s.growth); }
   void one(ParameterEstimate& e) { (*this)(e.value, e.standard_error, e.hit); }
-  void one(Parameter::Prior& p) { (*this)(p.mean, p.deviation, p.group); }
+  void one(Parameter::Prior& p) { (*this)(p.mean, p.deviation, p.group, p.times); }
   // All but the springs, which the robot says.
   void one(Parameter& p) {
     (*this)(p.name, p.start, p.lower, p.upper, p.longest_step, p.bounds_stated, p.unit, p.typical,

@@ -158,13 +158,7 @@ bool are_laws_of_one_joint(const Candidate& a, const Candidate& b) {
 }
 
 double times_usual(const RankedCandidate& ranked) {
-  double most = 0;
-  for (std::size_t k = 0; k < ranked.candidate.deviations.size(); ++k) {
-    const vjm::EffectParameter& p = ranked.candidate.effect.kind->parameters[k];
-    const double size = std::abs(ranked.fit->values[static_cast<Index>(k)] - p.none);
-    if (!p.is_shape) most = std::max(most, size / ranked.candidate.deviations[k]);
-  }
-  return most;
+  return times_usual(ranked.candidate, ranked.fit->values);
 }
 
 double common_exponent(const BaseFit& without, const std::vector<BaseFit>& fits) {

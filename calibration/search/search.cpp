@@ -441,6 +441,37 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
   finish(beside, step, fits);
 }
 
+namespace {
+
+// Whether an effect is so much larger than usual that its prior holds back more than noise might.
+bool is_held_back(const BaseFit& fit) {
+  constexpr double deviations = 2;
+  return std::any_of(fit.parameters.begin(), fit.parameters.end(), [](const auto& estimate) {
+    const auto& prior = estimate.parameter.prior;
+    return prior && prior->group >= 0 &&
+           std::abs(estimate.value - prior->mean) > deviations * prior->deviation;
+  });
+}
+
+}  // namespace
+
+// Takes a fit to its end. The prior of an effect that is far larger than usual would hold its size
+// back: it grows with it.
+BaseFit Search::to_the_end(const FittedModel& beside, Candidate& candidate, BaseFit fit) const {
+  constexpr int most_rounds = 5;
+  constexpr double alike = 1.2;
+  common::SilentPart silent(progress_);
+  for (int round = 0;; ++round) {
+    std::vector<Candidate> added = beside.present();
+    added.push_back(candidate);
+    added.back().effect.values = fitted_values(fit, {candidate}).front().values;
+    fit = fitter_.finished(added, fit, silent);
+    const double times = times_usual(candidate, fitted_values(fit, {candidate}).front().values);
+    if (round == most_rounds || times < alike * candidate.widest) return fit;
+    candidate.widest = times;
+  }
+}
+
 // Takes those fits to their ends that may still be what is missing.
 void Search::finish(const FittedModel& beside, DiagnosisStep& step,
                     std::vector<BaseFit>& fits) const {
@@ -452,18 +483,15 @@ void Search::finish(const FittedModel& beside, DiagnosisStep& step,
   std::vector<Candidate> candidates;
   for (std::size_t c = 0; c < fits.size(); ++c) {
     const bool may_win =
-        fits[c].values > 0 && exponent * (penalised_error(fits[c]) - least) < 2 * hopeless;
+        fits[c].values > 0 &&
+        (exponent * (penalised_error(fits[c]) - least) < 2 * hopeless || is_held_back(fits[c]));
     if (!may_win) continue;
     open.push_back(c);
     candidates.push_back(step.ranking[c].candidate);
   }
   shared_out("fits to the end", beside, candidates, [&](std::size_t o) {
     const std::size_t c = open[o];
-    std::vector<Candidate> added = beside.present();
-    added.push_back(step.ranking[c].candidate);
-    added.back().effect.values = fitted_values(fits[c], {added.back()}).front().values;
-    common::SilentPart silent(progress_);
-    const auto finished = [&] { return fitter_.finished(added, fits[c], silent); };
+    const auto finished = [&] { return to_the_end(beside, step.ranking[c].candidate, fits[c]); };
     fits[c] = tried(finished, step.ranking[c].not_fitted).value_or(BaseFit());
   });
 }

@@ -83,6 +83,7 @@ class Search {
                                const std::vector<Candidate>& starts) const;
   BaseFit best_fit(const FittedModel& beside, double promised, const std::vector<Candidate>& starts,
                    std::string& reason) const;
+  BaseFit to_the_end(const FittedModel& beside, Candidate& candidate, BaseFit fit) const;
   void finish(const FittedModel& beside, DiagnosisStep& step, std::vector<BaseFit>& fits) const;
   void shared_out(std::string_view phase, const FittedModel& beside,
                   const std::vector<Candidate>& items,

@@ -54,6 +54,42 @@ TEST(Verdict, NoNameWhereTheNoiseWouldHaveToBeManyTimesTheStatedOne) {
               HasSubstr("times the stated noise"));
 }
 
+// What is kept back may say nothing of an effect: a cycle up alone nothing of presliding.
+TEST(Verdict, ReadingsThatAreKeptBackNeedNotDetermineTheEffect) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=0 um");
+  Campaign campaign = laboratory.measure(loops(4));
+  for (Reading& reading : campaign.readings)
+    if (reading.cycle == "2") reading.role = Role::confirm;
+  const Diagnosis d = laboratory.diagnose(campaign, {"friction", "creep"});
+  ASSERT_EQ(d.found.size(), 1);
+  EXPECT_EQ(d.found[0].candidate.effect.kind->name, "friction");
+  for (const WaterfallStage& stage : d.waterfall) {
+    if (stage.name.rfind("+ ", 0) != 0) continue;
+    EXPECT_TRUE(std::isfinite(stage.confirmed)) << stage.name;
+  }
+}
+
+// The prior of an effect that is far larger than usual does not hold its size back. Usual is a
+// spring that is twice as stiff where the readings deflect it most: 1.23e12 N/m^3.
+TEST(Verdict, ASizeFarBeyondTheUsualIsFittedAsItIs) {
+  for (const double size : {1e12, 3e13, 1e14}) {
+    Laboratory laboratory(slide);
+    laboratory.hide("hardening", "q", fmt::format("k3={} N/m^3", size));
+    std::string plan = "id,cycle,step,time,fz\n";
+    for (int n = 0; n < 76; ++n) {
+      const int level = n % 38 < 19 ? n % 38 - 9 : 28 - n % 38;  // -900 N to 900 N and back
+      plan += fmt::format("a{0},{1},{0},{2},{3}\n", n, n / 38, 60 * n, 100 * level);
+    }
+    const Diagnosis d = laboratory.diagnose(
+        laboratory.measure(plan), {"hardening", "friction", "clearance", "piecewise_stiffness"});
+    ASSERT_EQ(d.found.size(), 1) << size;
+    EXPECT_EQ(d.found[0].candidate.effect.kind->name, "hardening");
+    EXPECT_NEAR(d.found[0].candidate.effect.values[0], size, 4 * d.found[0].deviations[0]);
+    EXPECT_LT(d.found[0].deviations[0], 0.2 * size);
+  }
+}
+
 // A creep that the catalogue lacks is neither friction nor "friction and a drift": what friction
 // leaves of it is far likelier to have no form than to be a drift.
 TEST(Verdict, WhatAnErrorWithoutAFormExplainsBetterIsNoSecondEffect) {

@@ -31,7 +31,7 @@ BaseFit fit_of(const VectorXd& y, const VectorXd& x, double usual, int group) {
   const double slope = x.dot(y) / (x.squaredNorm() + 1 / (deviation * deviation));
   BaseFit fit;
   Parameter parameter{.name = "slope", .springs = {}, .stiffness = {}};
-  parameter.prior = {0, deviation, group};
+  parameter.prior = {0, deviation, group, group < 0 ? 1 : widest_prior};
   fit.parameters = {{parameter, slope}};
   fit.at = {slope * x - y, x};
   fit.squared_error = fit.at.residual.squaredNorm();
@@ -80,7 +80,7 @@ TEST(Evidence, AValueThatReadingsDoNotSeeGainsNothing) {
   for (const double far : {1.0, 10.0, 300.0}) {
     BaseFit with = fit;
     Parameter unseen{.name = "unseen", .springs = {}, .stiffness = {}};
-    unseen.prior = {0, widest_prior * 1.0, 0};
+    unseen.prior = {0, widest_prior * 1.0, 0, widest_prior};
     with.parameters.push_back({unseen, far});
     with.at.jacobian.conservativeResize(Eigen::NoChange, 2);
     with.at.jacobian.col(1).setZero();
