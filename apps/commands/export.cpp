@@ -35,12 +35,13 @@ struct TreeFormat {
   const char* extension;  // of the file
   const char* words;
   std::string (*write)(const vjm::BodyTree& tree);
+  std::vector<std::string> (*lost)(const vjm::BodyTree& tree);
 };
 constexpr TreeFormat tree_formats[] = {
-    {"mjcf", ".xml", "for MuJoCo (MJCF)", vjm::mjcf},
-    {"urdf", ".urdf", "as URDF", vjm::urdf},
-    {"sdf", ".sdf", "for Gazebo (SDF)", vjm::sdf},
-    {"modelica", ".mo", "in Modelica", vjm::modelica},
+    {"mjcf", ".xml", "for MuJoCo (MJCF)", vjm::mjcf, vjm::lost_in_mjcf},
+    {"urdf", ".urdf", "as URDF", vjm::urdf, vjm::lost_in_urdf},
+    {"sdf", ".sdf", "for Gazebo (SDF)", vjm::sdf, vjm::lost_in_sdf},
+    {"modelica", ".mo", "in Modelica", vjm::modelica, vjm::lost_in_modelica},
 };
 constexpr char matlab_name[] = "matlab";
 
@@ -59,7 +60,7 @@ std::string format_of(const ExportRequest& request, const Run& run) {
 Exported tree_as(const TreeFormat& format, const vjm::Robot& robot, const vjm::Posture& posture,
                  double damping) try {
   const vjm::BodyTree tree = vjm::body_tree(robot, posture, {.damping_ratio = damping});
-  return {format.write(tree), tree.lost};
+  return {format.write(tree), format.lost(tree)};
 } catch (const std::invalid_argument& error) {
   throw common::InputError(robot.file, error.what(),
                            "Take a serial robot, as data/robots/six_axis.yaml, or MATLAB's "

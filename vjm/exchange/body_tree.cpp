@@ -149,14 +149,36 @@ class Builder {
     }
   }
 
+  // Springs of bearings and mounts that effects add are no links of the robot file.
+  bool is_of_effect(const std::string& spring) const {
+    const Chain& bare = robot_.without_effects().chains().front();
+    return std::none_of(bare.springs().begin(), bare.springs().end(),
+                        [&](const Spring& s) { return s.name == spring; });
+  }
+
   void say_what_is_lost() {
-    std::set<std::string> links;
-    for (const Spring& spring : chain_.springs())
-      if (chain_.coordinates()[static_cast<std::size_t>(spring.first)].role == Role::elastic)
+    std::set<std::string> links, by_effects;
+    for (const Spring& spring : chain_.springs()) {
+      if (chain_.coordinates()[static_cast<std::size_t>(spring.first)].role != Role::elastic)
+        continue;
+      if (is_of_effect(spring.name))  // "mount at base.Tx"
+        by_effects.insert(spring.name.substr(0, spring.name.rfind('.')));
+      else
         links.insert(spring.name);
+    }
     for (const std::string& link : links)
       tree_.lost.push_back(fmt::format("link {} is rigid: joints have no springs of six directions",
                                        common::printable(link)));
+    for (const std::string& spring : by_effects)
+      tree_.lost.push_back(fmt::format("the compliance of the {}", common::printable(spring)));
+    for (std::size_t c = 0; c < chain_.coordinates().size(); ++c) {
+      const Coordinate& coordinate = chain_.coordinates()[c];
+      tree_.has_ranges |= coordinate.range.has_value();
+      if (coordinate.role == Role::actuated && !has_spring(static_cast<Index>(c)))
+        tree_.lost.push_back(
+            fmt::format("joint {} is fixed at its command: its drive has no stiffness",
+                        common::printable(coordinate.name)));
+    }
     for (const Effect& effect : robot_.effects)
       tree_.lost.push_back(
           fmt::format("effect {}: its law, as far as it is more than a linear "
@@ -187,6 +209,38 @@ BodyTree body_tree(const Robot& robot, const Posture& posture, const TreeOptions
   if (manipulator.size() != 1 || !manipulator.is_parallel())
     throw std::invalid_argument("only a robot of one chain is a tree of bodies");
   return body_tree_of::Builder(robot, posture, options).run();
+}
+
+namespace {
+constexpr double least = 1e-9;       // kg m^2, and of the inertia itself
+constexpr double least_mass = 2e-6;  // kg: Gazebo takes a millionth for nothing
+}  // namespace
+
+TreeBody with_least_inertia(TreeBody body) {
+  body.inertia += std::max(least * body.inertia.trace(), least) * spatial::Matrix3::Identity();
+  body.mass = std::max(body.mass, least_mass);
+  return body;
+}
+
+std::vector<std::string> lost_by_least_inertia(const BodyTree& tree) {
+  std::vector<std::string> names;
+  for (const TreeBody& body : tree.bodies)
+    if (body.mass < least_mass || !(body.inertia.determinant() > 0))
+      names.push_back(common::printable(body.name));
+  if (names.empty()) return {};
+  return {
+      fmt::format("that nothing has a mass, or an inertia about some axis, behind {}: it has "
+                  "2e-6 kg and 1e-9 kg m^2 there, for programs that ask for some",
+                  fmt::join(names, ", "))};
+}
+
+std::string free_name(std::string wanted, const BodyTree& tree) {
+  const auto is_taken = [&](const TreeBody& body) {
+    const std::string name = common::printable(body.name);
+    return name == wanted || name + "_link" == wanted;
+  };
+  while (std::any_of(tree.bodies.begin(), tree.bodies.end(), is_taken)) wanted += '_';
+  return wanted;
 }
 
 std::string xml_escaped(const std::string& text) {

@@ -31,8 +31,20 @@ struct BodyTree {
   spatial::Vector3 gravity = spatial::Vector3::Zero();  // [m/s^2] base axes
   std::vector<TreeBody> bodies;   // from the base on; the first is on the base
   spatial::Pose tool;             // in the frame of the last body
+  bool has_ranges = false;        // the robot states how far joints go
   std::vector<std::string> lost;  // what no tree of bodies can hold, in words
 };
+
+/// The body as simulators want it, which take none without mass, or without inertia about an axis:
+/// 2e-6 kg at least, and a billionth more inertia than it has, 1e-9 kg m^2 at least.
+TreeBody with_least_inertia(TreeBody body);
+
+/// Says of which bodies that is all they have; nothing where there are none.
+std::vector<std::string> lost_by_least_inertia(const BodyTree& tree);
+
+/// A name for something of the file beside those of the bodies: `wanted`, with underscores behind
+/// it until neither a body nor its "..._link" is called so.
+std::string free_name(std::string wanted, const BodyTree& tree);
 
 struct TreeOptions {
   /// A damper beside every spring, so that the joint alone, all others held in the posture, has

@@ -13,16 +13,13 @@ using spatial::Matrix3;
 using spatial::Pose;
 using spatial::Vector3;
 
-// Of the inertia, so that there is some about every axis; and the least that a body has.
-constexpr double little = 1e-9;
-
 class Writer {
  public:
   explicit Writer(const BodyTree& tree) : tree_(tree) {}
 
   std::string run() && {
     add("<mujoco model=\"{}\">\n", xml_escaped(tree_.name));
-    text_ += lost_comment(tree_.lost, "  <!-- ", " -->");
+    text_ += lost_comment(lost_in_mjcf(tree_), "  <!-- ", " -->");
     add("  <compiler angle=\"radian\" autolimits=\"true\"/>\n");
     add("  <option gravity=\"{}\"/>\n  <worldbody>\n", xml_words(tree_.gravity));
     for (std::size_t b = 0; b < tree_.bodies.size(); ++b) open_body(b);
@@ -49,14 +46,15 @@ class Writer {
   }
 
   void open_body(std::size_t b) {
-    const TreeBody& body = tree_.bodies[b];
+    const TreeBody body = with_least_inertia(tree_.bodies[b]);
+    const Matrix3& inertia = body.inertia;
     const std::string name = xml_escaped(body.name);
-    add("{}<body name=\"{}\" {}>\n", indent(b), name, place(body.origin));
-    const Matrix3 inertia =
-        body.inertia + std::max(little * body.inertia.trace(), little) * Matrix3::Identity();
+    // "world" is what the bodies are in.
+    add("{}<body name=\"{}{}\" {}>\n", indent(b), name, name == "world" ? "_link" : "",
+        place(body.origin));
     add("{}  <inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{} {} {} {} {} {}\"/>\n", indent(b),
-        xml_words(body.center), std::max(body.mass, little), inertia(0, 0), inertia(1, 1),
-        inertia(2, 2), inertia(0, 1), inertia(0, 2), inertia(1, 2));
+        xml_words(body.center), body.mass, inertia(0, 0), inertia(1, 1), inertia(2, 2),
+        inertia(0, 1), inertia(0, 2), inertia(1, 2));
     add("{}  <joint name=\"{}\" type=\"{}\" axis=\"{}\"{}/>\n", indent(b), name,
         body.turns ? "hinge" : "slide", xml_words(Vector3::Unit(body.axis)), spring(body));
   }
@@ -77,6 +75,15 @@ class Writer {
 }  // namespace kinetostat::vjm::mjcf_export
 
 namespace kinetostat::vjm {
+
+std::vector<std::string> lost_in_mjcf(const BodyTree& tree) {
+  std::vector<std::string> lost;
+  if (tree.has_ranges) lost.emplace_back("ranges of joints");
+  const std::vector<std::string> masses = lost_by_least_inertia(tree);
+  lost.insert(lost.end(), masses.begin(), masses.end());
+  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
+  return lost;
+}
 
 std::string mjcf(const BodyTree& tree) { return mjcf_export::Writer(tree).run(); }
 

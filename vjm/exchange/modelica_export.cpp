@@ -14,8 +14,6 @@ namespace {
 using spatial::Pose;
 using spatial::Vector3;
 
-constexpr const char* lost[] = {"limits of joints"};
-
 // Letters, digits and underscores, a letter first.
 std::string identifier(const std::string& name) {
   std::string out;
@@ -35,8 +33,7 @@ class Writer {
   std::string run() && {
     const std::string model = identifier(tree_.name);
     add("model {} \"{}, from kinetostat\"\n", model, quoted(tree_.name));
-    text_ += lost_comment({std::begin(lost), std::end(lost)}, "  // ");
-    text_ += lost_comment(tree_.lost, "  // ");
+    text_ += lost_comment(lost_in_modelica(tree_), "  // ");
     add_world();
     std::string at = "world.frame_b";
     for (std::size_t b = 0; b < tree_.bodies.size(); ++b) at = add_body(tree_.bodies[b], b + 1, at);
@@ -121,6 +118,13 @@ class Writer {
 }  // namespace kinetostat::vjm::modelica_export
 
 namespace kinetostat::vjm {
+
+std::vector<std::string> lost_in_modelica(const BodyTree& tree) {
+  std::vector<std::string> lost;
+  if (tree.has_ranges) lost.emplace_back("ranges of joints");
+  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
+  return lost;
+}
 
 std::string modelica(const BodyTree& tree) { return modelica_export::Writer(tree).run(); }
 

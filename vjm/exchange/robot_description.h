@@ -17,6 +17,7 @@ struct DescribedInertia {
   spatial::Vector3 center = spatial::Vector3::Zero();  // [m], link frame
   spatial::Matrix3 tensor =
       spatial::Matrix3::Zero();  // [kg m^2] about the centre, axes of the link
+  bool is_assumed = false;       // by the format: the file says nothing
 };
 
 /// A body given by numbers, its centre at the origin, round about z.

@@ -59,7 +59,7 @@ struct MassSum {
   double mass = 0;
   Vector3 moment = Vector3::Zero();
   Matrix3 inertia = Matrix3::Zero();
-  bool has_tensor = false;
+  bool has_tensor = false, is_assumed = false;
 
   static Matrix3 steiner(double mass, const Vector3& arm) {
     return mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
@@ -71,6 +71,7 @@ struct MassSum {
     inertia +=
         place.rotation() * part.tensor * place.rotation().transpose() + steiner(part.mass, center);
     has_tensor = has_tensor || !part.tensor.isZero(0);
+    is_assumed = is_assumed || part.is_assumed;
   }
 };
 
@@ -298,6 +299,10 @@ class Importer {
     const bool possible = is_possible_inertia(i);
     if (masses_.has_tensor && !possible)
       links_ += "    # its inertia is left out: no body can have what the file says\n";
+    if (masses_.is_assumed)
+      links_ +=
+          fmt::format("    # 1 kg and 1 kg m^2 of it are what {} means where a link says nothing\n",
+                      model_.format);
     const double none = 1e-15 * i.norm();
     const std::string inertia =
         masses_.has_tensor && possible

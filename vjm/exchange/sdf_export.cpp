@@ -10,29 +10,27 @@ namespace {
 using spatial::Pose;
 using spatial::Vector3;
 
-constexpr const char* lost[] = {"the posture, but as spring_reference", "limits of joints"};
-
 class Writer {
  public:
   explicit Writer(const BodyTree& tree) : tree_(tree) {}
 
   std::string run() && {
     add("<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n");
-    text_ += lost_comment({std::begin(lost), std::end(lost)}, "  <!-- ", " -->");
-    text_ += lost_comment(tree_.lost, "  <!-- ", " -->");
+    text_ += lost_comment(lost_in_sdf(tree_), "  <!-- ", " -->");
     add("  <world name=\"world_of_robot\">\n    <gravity>{}</gravity>\n", xml_words(tree_.gravity));
-    add("    <model name=\"{}\">\n      <link name=\"base\"/>\n", xml_escaped(tree_.name));
-    add("      <joint name=\"base_joint\" type=\"fixed\">\n        <parent>world</parent>\n"
-        "        <child>base</child>\n      </joint>\n");
-    std::string parent = "base";
+    std::string parent = free_name("base", tree_);
+    add("    <model name=\"{}\">\n      <link name=\"{}\"/>\n", xml_escaped(tree_.name), parent);
+    add("      <joint name=\"{}\" type=\"fixed\">\n        <parent>world</parent>\n"
+        "        <child>{}</child>\n      </joint>\n",
+        free_name("base_joint", tree_), parent);
     for (const TreeBody& body : tree_.bodies) {
       const std::string link = xml_escaped(body.name) + "_link";
       add_link(body, link);
       add_joint(body, parent, link);
       parent = link;
     }
-    add("      <frame name=\"tool\" attached_to=\"{}\">\n{}      </frame>\n", parent,
-        pose(tree_.tool, parent));
+    add("      <frame name=\"{}\" attached_to=\"{}\">\n{}      </frame>\n",
+        free_name("tool", tree_), parent, pose(tree_.tool, parent));
     add("    </model>\n  </world>\n</sdf>\n");
     return std::move(text_);
   }
@@ -48,18 +46,17 @@ class Writer {
                        xml_words(pose.position()), xml_words(roll_pitch_yaw(pose.rotation())));
   }
 
-  void add_link(const TreeBody& body, const std::string& link) {
+  // A link that says nothing of its mass has 1 kg and 1 kg m^2 there.
+  void add_link(const TreeBody& as_it_is, const std::string& link) {
+    const TreeBody body = with_least_inertia(as_it_is);
     add("      <link name=\"{}\">\n        <pose relative_to=\"{}\"/>\n", link,
         xml_escaped(body.name));
-    if (body.mass > 0) {
-      const auto& i = body.inertia;
-      add("        <inertial>\n          <pose>{} 0 0 0</pose>\n          <mass>{}</mass>\n",
-          xml_words(body.center), body.mass);
-      add("          <inertia><ixx>{}</ixx><ixy>{}</ixy><ixz>{}</ixz><iyy>{}</iyy><iyz>{}</iyz>"
-          "<izz>{}</izz></inertia>\n        </inertial>\n",
-          i(0, 0), i(0, 1), i(0, 2), i(1, 1), i(1, 2), i(2, 2));
-    }
-    add("      </link>\n");
+    const auto& i = body.inertia;
+    add("        <inertial>\n          <pose>{} 0 0 0</pose>\n          <mass>{}</mass>\n",
+        xml_words(body.center), body.mass);
+    add("          <inertia><ixx>{}</ixx><ixy>{}</ixy><ixz>{}</ixz><iyy>{}</iyy><iyz>{}</iyz>"
+        "<izz>{}</izz></inertia>\n        </inertial>\n      </link>\n",
+        i(0, 0), i(0, 1), i(0, 2), i(1, 1), i(1, 2), i(2, 2));
   }
 
   void add_joint(const TreeBody& body, const std::string& parent, const std::string& link) {
@@ -86,6 +83,15 @@ class Writer {
 }  // namespace kinetostat::vjm::sdf_export
 
 namespace kinetostat::vjm {
+
+std::vector<std::string> lost_in_sdf(const BodyTree& tree) {
+  std::vector<std::string> lost{"the posture, but as spring_reference"};
+  if (tree.has_ranges) lost.emplace_back("ranges of joints");
+  const std::vector<std::string> masses = lost_by_least_inertia(tree);
+  lost.insert(lost.end(), masses.begin(), masses.end());
+  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
+  return lost;
+}
 
 std::string sdf(const BodyTree& tree) { return sdf_export::Writer(tree).run(); }
 

@@ -138,8 +138,8 @@ class Reader {
 
   void add_link(const Element& element) {
     DescribedLink link{.name = xml_.text(element, "name"), .line = element.GetLineNum()};
-    if (const Element* inertial = XmlFile::child(element, "inertial"))
-      link.inertia = read_inertia(*inertial);
+    const Element* inertial = XmlFile::child(element, "inertial");
+    link.inertia = inertial == nullptr ? unit_inertia() : read_inertia(*inertial);
     for (const char* kind : {"visual", "collision"})
       for (const Element* e : XmlFile::children(element, kind)) {
         const Element* geometry = XmlFile::child(*e, "geometry");
@@ -179,16 +179,22 @@ class Reader {
     return {};
   }
 
+  // What the specification gives a link that says nothing.
+  static DescribedInertia unit_inertia() {
+    return {.mass = 1, .tensor = Matrix3::Identity(), .is_assumed = true};
+  }
+
   DescribedInertia read_inertia(const Element& element) const {
     const Pose pose = raw_pose(element);
     DescribedInertia inertia{.mass = number_in(&element, "mass", 1), .center = pose.position()};
     if (inertia.mass < 0) xml_.fail(element, "a mass cannot be negative");
     const Element* moments = XmlFile::child(element, "inertia");
-    if (moments == nullptr) return inertia;
-    const auto of = [&](const char* name) { return number_in(moments, name, 0); };
+    const auto of = [&](const char* name, double otherwise = 0) {
+      return moments == nullptr ? otherwise : number_in(moments, name, otherwise);
+    };
     Matrix3 tensor;
-    tensor << of("ixx"), of("ixy"), of("ixz"), of("ixy"), of("iyy"), of("iyz"), of("ixz"),
-        of("iyz"), of("izz");
+    tensor << of("ixx", 1), of("ixy"), of("ixz"), of("ixy"), of("iyy", 1), of("iyz"), of("ixz"),
+        of("iyz"), of("izz", 1);
     inertia.tensor = pose.rotation() * tensor * pose.rotation().transpose();
     return inertia;
   }

@@ -10,10 +10,7 @@ namespace {
 using spatial::Pose;
 using spatial::Vector3;
 
-constexpr const char* lost[] = {
-    "the springs of joints, but for readers that know Gazebo's extension",
-    "gravity, and the posture that the springs are relaxed in, but as springReference",
-    "limits of joints"};
+constexpr const char* root = "world";  // a link of this name is fixed there
 
 class Writer {
  public:
@@ -21,19 +18,20 @@ class Writer {
 
   std::string run() && {
     add("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", xml_escaped(tree_.name));
-    text_ += lost_comment({std::begin(lost), std::end(lost)}, "  <!-- ", " -->");
-    text_ += lost_comment(tree_.lost, "  <!-- ", " -->");
-    add("  <link name=\"base\"/>\n");
-    std::string parent = "base";
+    text_ += lost_comment(lost_in_urdf(tree_), "  <!-- ", " -->");
+    std::string parent = root;
+    add("  <link name=\"{}\"/>\n", parent);
     for (const TreeBody& body : tree_.bodies) {
       const std::string link = xml_escaped(body.name) + "_link";
       add_link(body, link);
       add_joint(body, parent, link);
       parent = link;
     }
-    add("  <link name=\"tool\"/>\n  <joint name=\"tool_joint\" type=\"fixed\">\n{}",
-        origin(tree_.tool));
-    add("    <parent link=\"{}\"/>\n    <child link=\"tool\"/>\n  </joint>\n</robot>\n", parent);
+    const std::string tool = free_name("tool", tree_);
+    add("  <link name=\"{}\"/>\n  <joint name=\"{}\" type=\"fixed\">\n{}", tool,
+        free_name("tool_joint", tree_), origin(tree_.tool));
+    add("    <parent link=\"{}\"/>\n    <child link=\"{}\"/>\n  </joint>\n</robot>\n", parent,
+        tool);
     return std::move(text_);
   }
 
@@ -48,11 +46,9 @@ class Writer {
                        xml_words(roll_pitch_yaw(pose.rotation())));
   }
 
-  void add_link(const TreeBody& body, const std::string& link) {
-    if (!(body.mass > 0)) {
-      add("  <link name=\"{}\"/>\n", link);
-      return;
-    }
+  // Gazebo drops links without mass, and all behind them.
+  void add_link(const TreeBody& as_it_is, const std::string& link) {
+    const TreeBody body = with_least_inertia(as_it_is);
     const auto& i = body.inertia;
     add("  <link name=\"{}\">\n    <inertial>\n      <origin xyz=\"{}\"/>\n", link,
         xml_words(body.center));
@@ -86,6 +82,17 @@ class Writer {
 }  // namespace kinetostat::vjm::urdf_export
 
 namespace kinetostat::vjm {
+
+std::vector<std::string> lost_in_urdf(const BodyTree& tree) {
+  std::vector<std::string> lost{
+      "the springs of joints, but for readers that know Gazebo's extension",
+      "gravity, and the posture that the springs are relaxed in, but as springReference"};
+  if (tree.has_ranges) lost.emplace_back("ranges of joints");
+  const std::vector<std::string> masses = lost_by_least_inertia(tree);
+  lost.insert(lost.end(), masses.begin(), masses.end());
+  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
+  return lost;
+}
 
 std::string urdf(const BodyTree& tree) { return urdf_export::Writer(tree).run(); }
 

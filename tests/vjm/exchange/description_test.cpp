@@ -151,6 +151,24 @@ TEST_F(Description, OfSdf) {
       1e-15);
 }
 
+// As the specification has it, and Gazebo.
+TEST_F(Description, LinksOfSdfThatSayNothingOfTheirMassHaveAKilogram) {
+  const RobotDescription robot = read("m.sdf", R"(<sdf version="1.9"><model name="r">
+    <link name="base"/><link name="a"/>
+    <link name="b"><inertial><mass>2</mass></inertial></link>
+    <link name="c"><inertial><mass>2</mass><inertia><ixx>3</ixx></inertia></inertial></link>
+    <joint name="j" type="revolute"><parent>base</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint>
+    <joint name="k" type="fixed"><parent>a</parent><child>b</child></joint>
+    <joint name="l" type="fixed"><parent>b</parent><child>c</child></joint></model></sdf>)");
+  const auto inertia = [&](std::size_t i) { return *robot.links[i].inertia; };
+  EXPECT_EQ(inertia(1).mass, 1);
+  EXPECT_TRUE(inertia(1).is_assumed);
+  for (const std::size_t i : {1, 2}) EXPECT_TRUE(inertia(i).tensor.isIdentity(0));
+  EXPECT_EQ(inertia(3).tensor.diagonal(), Vector3(3, 1, 1));
+  EXPECT_THAT(import_robot(robot, find_chain(robot, "base", "c")).text,
+              HasSubstr("what SDF means where a link says nothing"));
+}
+
 // One box, cylinder, capsule and ball in three formats.
 TEST_F(Description, TakesPrimitiveShapes) {
   const RobotDescription urdf = read("a.urdf", R"(<robot name="r"><link name="l">

@@ -2,8 +2,11 @@
 #include "kinetostat/vjm/exchange/tree_export.h"
 
 #include <cmath>
+#include <map>
+#include <regex>
 
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -132,6 +135,46 @@ TEST_P(TreeExport, SaysInTheFileWhatItDoesNotHold) {
   EXPECT_EQ(GetParam().read(text).bodies.size(), 1u);  // q2 holds its command
 }
 
+// Simulators drop bodies without mass, with all behind them, or give them a kilogram.
+TEST_P(TreeExport, EveryBodyHasSomeInertiaWhereTheFormatWantsIt) {
+  const Robot light = parse_robot(
+      "kinetostat: 1\nname: arm\nunits: {length: m, force: N, angle: rad}\n"
+      "links: {upper: {rigid: [1, 0, 0], mass: {mass: 2 kg, center: [0.5, 0, 0]}}}\n"
+      "chain_types:\n  arm:\n    - actuator: {name: q1, axis: Rz, stiffness: 1e5, range: [-1, 1]}\n"
+      "    - actuator: {name: q2, axis: Ry, stiffness: 1e5}\n    - link: upper\n"
+      "    - actuator: {name: q3, axis: Rz, stiffness: 1e5}\nmanipulator: {chain: arm}\n",
+      "arm.yaml");
+  const BodyTree tree = body_tree(light, posture_from_joints(light.manipulator, {}).posture);
+  EXPECT_TRUE(tree.has_ranges);
+  const std::string text = GetParam().write(tree);
+  EXPECT_THAT(text, HasSubstr("not in this file: ranges of joints"));
+  if (std::string(GetParam().name) == "modelica") return;
+  EXPECT_THAT(text, HasSubstr("behind q1, q2, q3: it has 2e-6 kg"));
+  const ReadTree read = GetParam().read(text);
+  ASSERT_EQ(read.bodies.size(), 3u);
+  const MatrixXd mass = read.mass();
+  EXPECT_NEAR(mass(1, 1), 2.0 / 3, 1e-5);  // a uniform rod
+  EXPECT_GT(mass(2, 2), 1e-10);
+  EXPECT_LT(mass(2, 2), 1e-8);
+}
+
+// Names of the file's own beside those of the robot.
+TEST_P(TreeExport, NoTwoThingsHaveOneName) {
+  std::string text =
+      "kinetostat: 1\nname: arm\nunits: {length: m, force: N, angle: rad}\nchain_types:\n  arm:\n";
+  for (const char* name : {"tool", "tool_joint", "base", "base_joint", "world", "a", "a_link_"})
+    text += fmt::format("    - actuator: {{name: {}, axis: Rz, stiffness: 1e5}}\n", name);
+  const Robot robot = parse_robot(text + "manipulator: {chain: arm}\n", "arm.yaml");
+  const std::string file =
+      GetParam().write(body_tree(robot, posture_from_joints(robot.manipulator, {}).posture));
+  std::map<std::string, int> count;
+  const std::regex named("<(link|joint|frame|body)[^>]* name=\"([^\"]*)\"");
+  const bool one_list = std::string(GetParam().name) == "sdf";  // else a list for each kind
+  for (std::sregex_iterator at(file.begin(), file.end(), named), end; at != end; ++at)
+    ++count[(one_list ? "" : at->str(1) + " ") + at->str(2)];
+  for (const auto& [name, times] : count) EXPECT_EQ(times, 1) << name;
+}
+
 INSTANTIATE_TEST_SUITE_P(All, TreeExport,
                          testing::Values(Format{"mjcf", mjcf, test::read_mjcf_text, true},
                                          Format{"urdf", urdf, test::read_urdf_text, false},
@@ -167,8 +210,7 @@ TEST(TreeExport, ComesBackThroughTheImport) {
   for (const auto& [name, text] :
        {std::pair{"a.urdf", urdf(tree)}, {"a.sdf", sdf(tree)}, {"a.xml", mjcf(tree)}}) {
     const RobotDescription read = read_robot_description(folder.file(name, text));
-    const std::string base = read.format == "URDF" ? "base" : "world";
-    const ImportedRobot imported = import_robot(read, find_chain(read, base, "tool"));
+    const ImportedRobot imported = import_robot(read, find_chain(read, "world", "tool"));
     const Robot again = parse_robot(imported.text, folder.path() / "again.yaml");
     const Posture there =
         posture_from_joints(again.manipulator,

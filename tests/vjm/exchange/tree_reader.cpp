@@ -283,7 +283,7 @@ ReadTree read_urdf_text(const std::string& text) {
   EXPECT_EQ(document.Parse(text.c_str()), tinyxml2::XML_SUCCESS);
   const XMLElement& top = *document.FirstChildElement("robot");
   std::vector<RawBody> bodies;
-  std::string at = "base";
+  std::string at = "world";
   Isometry3d tool = Isometry3d::Identity();
   for (const XMLElement* joint = top.FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint")) {
