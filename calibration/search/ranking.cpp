@@ -190,12 +190,14 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
   }
   std::size_t best = most_probable(step);
   if (best == fits.size()) return best;
-  // Only where a fit is that large: others might go anywhere in a model that is linear in them.
+  // Only where a fit is that large: others might go anywhere in a model that is linear in them. The
+  // larger, the less likely.
   if (times_usual(step.ranking[best]) > unusual) {
     for (std::size_t c = 0; c < fits.size(); ++c) {
       auto& fit = step.ranking[c].fit;
       if (!fit || !(times_usual(step.ranking[c]) > unusual)) continue;
-      fit->log_evidence = evidence(fits[c], exponent, Sizes::any).log + fit->log_prior + noise[c];
+      fit->log_evidence = evidence(fits[c], exponent, Sizes::any).log + fit->log_prior + noise[c] -
+                          std::log(times_usual(step.ranking[c]) / unusual);
     }
     best = most_probable(step);
   }

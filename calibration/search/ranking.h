@@ -18,8 +18,8 @@ double common_exponent(const BaseFit& without, const std::vector<BaseFit>& fits)
 /// Evidence, held-out score and discriminability of every candidate that has a fit (`fits`: one
 /// entry a candidate; without values where there is none), and evidence of the unmodelled smooth
 /// error. Under each the noise may be correlated. Where the best has an unusual size, any size is
-/// as likely as the usual one. Returns the index of the best; the number of candidates when none
-/// has a fit.
+/// as likely as the usual one, but for a factor unusual / (times usual). Returns the index of the
+/// best; the number of candidates when none has a fit.
 std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
                   const HeldOutGroups& groups, const FreeForm& free_form,
                   const CorrelatedNoise& correlated, DiagnosisStep& step);

@@ -30,7 +30,7 @@ inline bool displaces_without_load(const std::string& kind) {
   static const std::set<std::string> kinds = {
       "geometric_error",  "thermal_expansion", "eccentricity",        "preload",
       "self_weight",      "payload",           "gravity_compensator", "sensor_frame",
-      "target_lever_arm", "session_drift",     "transmission_ratio"};
+      "target_lever_arm", "session_drift",     "transmission_ratio",  "joint_offset"};
   return kinds.contains(kind);
 }
 
@@ -64,6 +64,7 @@ inline Bench parallel_bench() {
            make("thermal_expansion", "leg", {2.3e-5, 21, 15}),
            make("eccentricity", "rho", {4e-6, -3e-6, 600}),
            make("transmission_ratio", "y.rho", {4e-5}),
+           make("joint_offset", "x.rho", {3e-5}),
            make("creep", "x.rho", {5e-9, 300}),
            make("hardening", "y.rho", {5e19}),
            make("load_hardening", "y.rho", {1e-12}),

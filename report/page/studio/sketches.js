@@ -46,6 +46,7 @@ const sketches = {
   joint: {
     eccentricity: curveOf((x) => 0.9 * Math.sin(9 * x)),
     periodic_stiffness: curveOf((x) => 0.6 + 0.35 * Math.sin(9 * x)),
+    joint_offset: curveOf(() => 0.6),
     transmission_ratio: curveOf((x) => 0.9 * x),
     joint_coupling: curveOf((x) => 0.9 * x),
     stiffness_along_joint: curveOf((x) => 0.35 * Math.exp(x)),

@@ -154,9 +154,9 @@ const std::set<std::string>& expected(const std::string& kind) {
   if (kind == "thermal_expansion") return temperature;
   if (kind == "session_drift") return time;
   if (kind == "target_slip" || kind == "cycle_offset") return some;
-  for (const char* offset :
-       {"geometric_error", "eccentricity", "transmission_ratio", "preload", "gravity_compensator",
-        "self_weight", "payload", "sensor_frame", "target_lever_arm", "wrench_zero"})
+  for (const char* offset : {"geometric_error", "joint_offset", "eccentricity",
+                             "transmission_ratio", "preload", "gravity_compensator", "self_weight",
+                             "payload", "sensor_frame", "target_lever_arm", "wrench_zero"})
     if (kind == offset) return posture;
   return load;
 }

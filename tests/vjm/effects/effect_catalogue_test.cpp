@@ -136,6 +136,7 @@ Bench turned_arm() {
   Bench bench = test::arm_bench();
   bench.posture = posture_from_joints(bench.manipulator, {{"q3", -0.5}}).posture;
   bench.effects = {test::effect(bench.manipulator, "transmission_ratio", "arm.q3", {2e-4}),
+                   test::effect(bench.manipulator, "joint_offset", "arm.q4", {4e-3}),
                    test::effect(bench.manipulator, "joint_coupling", "arm.q4", {3e-4}),
                    test::effect(bench.manipulator, "stiffness_along_joint", "arm.q3", {0.4})};
   return bench;

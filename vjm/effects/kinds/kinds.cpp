@@ -90,6 +90,7 @@ const EffectKinds& effect_kinds() {
                                     effects::base_compliance(),
                                     effects::platform_compliance(),
                                     effects::geometric_error(),
+                                    effects::joint_offset(),
                                     effects::thermal_expansion(),
                                     effects::eccentricity(),
                                     effects::transmission_ratio(),

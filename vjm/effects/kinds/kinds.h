@@ -13,6 +13,7 @@ Kind bearing_compliance();
 Kind base_compliance();
 Kind platform_compliance();
 Kind geometric_error();
+Kind joint_offset();
 Kind thermal_expansion();
 Kind eccentricity();
 Kind transmission_ratio();
