@@ -103,6 +103,29 @@ std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
   return result;
 }
 
+// Which readings were left out, and what of the error is theirs.
+std::string remark_on_set_aside(const Diagnosis& d) {
+  constexpr std::size_t most = 4;
+  std::vector<std::string> which;
+  for (const std::string& sentence : d.set_aside) {  // "reading 'a3' (readings.csv:12): more than"
+    if (which.size() == most) {
+      which.emplace_back("...");
+      break;
+    }
+    which.push_back(sentence.substr(0, sentence.find("): ") + 1));
+  }
+  std::string text = fmt::format(
+      "{} reading{} set aside, more than {:g} standard deviations from what any effect "
+      "explains: {}.",
+      d.set_aside.size(), d.set_aside.size() == 1 ? " is" : "s are", calibration::outlying,
+      fmt::join(which, ", "));
+  for (const calibration::WaterfallStage& stage : d.waterfall)
+    if (stage.name == calibration::as_adopted)
+      text += fmt::format(" With {} the error is {} times the noise.",
+                          d.set_aside.size() == 1 ? "it" : "them", number(stage.whitened, 3));
+  return text;
+}
+
 std::string remark_on_unexplained(const Diagnosis& d) {
   if (!d.found.empty() && d.found.front().decision.unexplained > 0.5)
     return fmt::format(
@@ -323,6 +346,7 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
   if (!d.correlated_noise.empty())
     result.push_back(fmt::format("The noise is not independent, which is taken into account: {}.",
                                  d.correlated_noise));
+  if (!d.set_aside.empty()) result.insert(result.begin(), remark_on_set_aside(d));
   if (d.far_values > 0)
     result.push_back(
         fmt::format("{} values are more than {:g} standard deviations from what any effect "

@@ -336,8 +336,9 @@ DiagnosisRecord record_of(const Json& json, const std::filesystem::path& file) {
   if (const Json one = json.value("instead_of_refit", Json()); !one.is_null())
     record.instead_of_refit = effect_of(one, one);
   for (const Json& stage : list_of(json, "waterfall"))
-    record.waterfall.push_back(
-        {.name = text_of(stage, "name"), .error = stage.at("whitened").get<double>()});
+    record.waterfall.push_back({.name = text_of(stage, "name"),
+                                .error = stage.at("whitened").get<double>(),
+                                .before = number_or_unknown(stage, "before")});
   if (const Json fitted = json.value("fitted", Json()); !fitted.is_null()) {
     for (const Json& e : list_of(fitted, "without_effects"))
       record.fitted_without.push_back(estimate_of(e));

@@ -98,7 +98,8 @@ Json to_json(const WaterfallStage& s) {
           {"upper", s.upper},
           {"translation", optional(s.translation)},
           {"rotation", optional(s.rotation)},
-          {"confirmed", optional(s.confirmed)}};
+          {"confirmed", optional(s.confirmed)},
+          {"before", optional(s.before)}};
 }
 
 Json to_json(const std::vector<WaterfallStage>& stages) {

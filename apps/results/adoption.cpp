@@ -82,6 +82,17 @@ void require_adequate(const DiagnosisRecord& diagnosis, const std::vector<Record
         "{}: the verdict is '{}': {} came nearest but does not explain these readings; it is not "
         "adopted. --force adopts it all the same.",
         diagnosis.file.string(), to_string(diagnosis.verdict), names_of(chosen)));
+  const calibration::RecordedStage written = diagnosis.stage_of(calibration::as_adopted);
+  if (written.error >= written.before)
+    throw common::NotIdentifiable(fmt::format(
+        "{}: with {} the error on all readings does not fall ({} before, {} after, times the "
+        "noise){}; it is not adopted. --force adopts it all the same.",
+        diagnosis.file.string(), names_of(chosen), report::number(written.before, 4),
+        report::number(written.error, 4),
+        diagnosis.set_aside > 0
+            ? fmt::format(", though it does without the {} readings that were set aside",
+                          diagnosis.set_aside)
+            : ""));
   if (fall.after < fall.before) return;
   throw common::NotIdentifiable(fmt::format(
       "{}: with {} the held-out error does not fall ({} before, {} after, times the noise); it "
@@ -227,7 +238,7 @@ std::vector<std::string> reservations(const DiagnosisRecord& diagnosis,
       left_out.push_back(found);
   if (!left_out.empty())
     said.push_back(fmt::format("found as well, not adopted: {}", names_of(left_out)));
-  if (adoption.fitted.empty() && !std::isnan(diagnosis.error_of_stage("refitted")))
+  if (adoption.fitted.empty() && !std::isnan(diagnosis.stage_of("refitted").error))
     said.push_back(
         "parameters under 'uncertain' keep their values in the file, so that the error there is "
         "not the one that the diagnosis shows: 'compare' and 'diagnose' fit them, other commands "
@@ -243,7 +254,7 @@ double error_as_written(const DiagnosisRecord& diagnosis, const AdoptRequest& re
                         const Adoption& adoption) {
   const bool is_whole = !adoption.effects.empty() && !request.effects_only &&
                         adoption.effects.size() == diagnosis.found.size();
-  return is_whole ? diagnosis.error_of_stage(calibration::as_adopted) : unknown;
+  return is_whole ? diagnosis.stage_of(calibration::as_adopted).error : unknown;
 }
 
 // An adoption, the effects in it as the diagnosis has them, and what they do to the error.
@@ -312,7 +323,7 @@ report::AdoptionSummary summary_of(const DiagnosisRecord& diagnosis, const Chose
   report::AdoptionSummary summary{.file = robot.file,
                                   .effects = {},
                                   .fitted = chosen.adoption.fitted,
-                                  .nominal = diagnosis.error_of_stage("as designed"),
+                                  .nominal = diagnosis.stage_of(calibration::as_adopted).before,
                                   .before = chosen.fall.before,
                                   .after = chosen.fall.after,
                                   .as_written = as_written,

@@ -24,6 +24,8 @@ struct WaterfallStage {
   double lower = 0, upper = 0;  // 95 % of `whitened`, by bootstrap over what was left out together
   /// The same as `whitened` on readings that are kept to confirm; NaN without any.
   double confirmed = std::numeric_limits<double>::quiet_NaN();
+  /// Of the stage "as adopted": the nominal model on the same readings.
+  double before = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// `error`: whitened held-out errors, one a value.

@@ -247,13 +247,18 @@ class Waterfall {
   }
 
   // The model that is written, against all readings, those that were set aside included.
-  void add_as_adopted(const Model& model) {
-    const std::optional<BaseFit> written = if_possible(
-        [&] { return base_.fitter_of_all().as_fitted(model.present, model.fit, progress_); });
+  void add_as_adopted(const Model& model, const BaseFit& designed) {
+    const auto on_all = [&](const std::vector<Candidate>& added, const BaseFit& fit) {
+      return if_possible([&] { return base_.fitter_of_all().as_fitted(added, fit, progress_); });
+    };
+    const std::optional<BaseFit> written = on_all(model.present, model.fit);
     const Search& all = base_.search_in_all();
-    if (written)
-      stages_.push_back(waterfall_stage(as_adopted, -written->at.residual, kept_, all.values(),
-                                        base_.noise(), all.groups(), seed_));
+    if (!written) return;
+    stages_.push_back(waterfall_stage(as_adopted, -written->at.residual, kept_, all.values(),
+                                      base_.noise(), all.groups(), seed_));
+    if (const std::optional<BaseFit> before = on_all({}, designed))
+      stages_.back().before =
+          std::sqrt(before->squared_error / static_cast<double>(before->values));
   }
 
   std::vector<WaterfallStage> result() && {
@@ -383,7 +388,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   waterfall.add("as designed", nominal, {});
   if (!fit.parameters.empty()) waterfall.add("refitted", fit, {});
   waterfall.add(model);
-  if (!growth.found.empty()) waterfall.add_as_adopted(model);
+  if (!growth.found.empty()) waterfall.add_as_adopted(model, nominal);
   if (growth.found.empty())
     d.common_cause = common_cause(robot, base.campaign(), noise, fit, nominal, like_the_fit,
                                   threads, progress, options.journal);

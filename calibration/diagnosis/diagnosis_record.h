@@ -69,7 +69,8 @@ struct RecordedEstimate {
 
 struct RecordedStage {
   std::string name;
-  double error = 0;  // in units of the noise
+  double error = 0;              // in units of the noise
+  double before = not_recorded;  // of the nominal model on the same readings
 };
 
 struct DiagnosisRecord {
@@ -88,11 +89,11 @@ struct DiagnosisRecord {
   std::size_t set_aside = 0;                                    // readings
   std::vector<RecordedStep> steps;
 
-  /// Error of a stage of the waterfall; not_recorded where it has none of that name.
-  double error_of_stage(const std::string& name) const {
+  /// The stage of the waterfall of that name; without errors where there is none.
+  RecordedStage stage_of(const std::string& name) const {
     for (const RecordedStage& stage : waterfall)
-      if (stage.name == name) return stage.error;
-    return not_recorded;
+      if (stage.name == name) return stage;
+    return {.name = name, .error = not_recorded};
   }
 };
 

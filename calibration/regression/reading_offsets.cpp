@@ -37,6 +37,18 @@ std::map<std::size_t, std::vector<double>> times_of_sessions(
   return times;
 }
 
+// Those of which enough readings are in use, but for the first, which the others are counted from.
+std::vector<std::size_t> later_sessions(const Campaign& campaign) {
+  std::map<std::size_t, std::size_t> used;
+  for (const Reading& reading : campaign.readings) used[reading.session] += is_used(reading);
+  std::erase_if(used, [](const auto& session) { return session.second < fewest; });
+  std::vector<std::size_t> result;
+  for (const auto& [session, count] : used) result.push_back(session);
+  if (!result.empty()) result.erase(result.begin());
+  return result;
+}
+
+// Within a session, and between two.
 std::vector<vjm::Effect> slips(const vjm::Effect& effect, const Campaign& campaign) {
   const Index session = value_that_names(*effect.kind, vjm::NamesReadings::session);
   const Index time = value_that_names(*effect.kind, vjm::NamesReadings::time);
@@ -48,6 +60,11 @@ std::vector<vjm::Effect> slips(const vjm::Effect& effect, const Campaign& campai
       slip.values[session] = static_cast<double>(number + 1);
       slip.values[time] = times[k];
     }
+  for (const std::size_t number : later_sessions(campaign)) {
+    vjm::Effect& slip = result.emplace_back(effect);
+    slip.values[session] = static_cast<double>(number + 1);
+    slip.values[time] = 0;
+  }
   return result;
 }
 

@@ -275,6 +275,7 @@ Step Study::adopt_found(bool is_needed) {
   step.result.update(adopted.result);
   step.result["wrote"] = robot_name;
   step.result["compared_again"] = report::headline(again);
+  step.result["still_fails"] = again.nominal.adequacy == calibration::Adequacy::inadequate;
   step.result["error_over_noise"] = nullptr;
   if (again.noise.source != calibration::NoiseSource::unknown)
     step.result["error_over_noise"] = again.nominal.error_over_noise();
@@ -290,9 +291,11 @@ Step Study::adopt() {
   try {
     return is_kinematic() ? calibrate() : adopt_found(is_needed);
   } catch (const common::NotIdentifiable& refusal) {
-    const std::string headline = is_needed
-                                     ? "nothing was adopted: no effect is established"
-                                     : "nothing to adopt: nothing was fitted, nothing is missing";
+    const std::string headline =
+        !is_needed ? "nothing to adopt: nothing was fitted, nothing is missing"
+        : record.verdict == calibration::Verdict::identified
+            ? "nothing was adopted: with what was found the error does not fall"
+            : "nothing was adopted: no effect is established";
     return {.result = {{"command", "adopt"}, {"reason", refusal.what()}},
             .picture = {},
             .text = report::wrapped(headline + "."),
@@ -301,7 +304,7 @@ Step Study::adopt() {
   }
 }
 
-// Which effect is left beside the calibrated geometry.
+// Which effect is left beside what was adopted.
 Step Study::study_again() const {
   const std::string command = fmt::format(
       "kinetostat study {} {} -o {}", report::quoted(files_.file(robot_name).string()),
@@ -323,8 +326,11 @@ Step Study::plan() {
             .stations = {}};
   const calibration::PlanOptions options;
   try {
-    const calibration::PlanQuestion question =
-        calibration::question_of(robot_, report::read_diagnosis(files_.file(diagnosis_name)), {});
+    const calibration::DiagnosisRecord record = report::read_diagnosis(files_.file(diagnosis_name));
+    const bool is_refused =
+        record.verdict == calibration::Verdict::identified && adopt_.result.contains("reason");
+    const calibration::PlanQuestion question = calibration::question_of(robot_, record, {});
+    if (question.open.empty() && adopt_.result.value("still_fails", false)) return study_again();
     const calibration::Plan plan =
         calibration::plan(robot_, campaign_, question, options, run_.threads(), run_.progress());
     step.result.update(report::to_json(question, options, plan));
@@ -335,10 +341,13 @@ Step Study::plan() {
     }
     step.text = report::first_screen(robot_, question, options, plan, "");
     step.headline = report::headline(robot_, question, options, plan);
-    step.stations = {knows_noise()
-                         ? report::next_station(robot_, question, plan)
-                         : report::nothing_next_station(
-                               "say how exact the readings are, or take some of them again")};
+    step.stations = {
+        !knows_noise() ? report::nothing_next_station(
+                             "say how exact the readings are, or take some of them again")
+        : is_refused ? report::nothing_next_station(
+                           "look at the readings that were set aside, or take those again where "
+                           "the effect acts most")
+                     : report::next_station(robot_, question, plan)};
   } catch (const common::NotIdentifiable& refusal) {
     step.headline = std::string("nothing can be planned: ") + refusal.what();
     step.result["reason"] = refusal.what();

@@ -83,15 +83,17 @@ TEST(ReadingOffsets, DoNotDependOnTheOrderOfRows) {
   }
 }
 
-// With three readings at least on either side of a slip, and where all have a time.
+// With three readings at least on either side of a slip, and where all of a session have a time;
+// between two sessions whether they have or not.
 TEST(ReadingOffsets, AreTriedWhereReadingsCanTell) {
   Campaign campaign = two_sessions();
   const std::vector<vjm::Effect> slips = placements(effect("target_slip", {1, 1, 0}), campaign, {});
-  ASSERT_EQ(slips.size(), 6u);  // before the readings 3, 4 and 5 of either session
+  ASSERT_EQ(slips.size(), 7u);  // before the readings 3, 4 and 5 of either session, and the second
   EXPECT_EQ(slips[0].values.tail(3), Eigen::Vector3d(1, 180, 0));
   EXPECT_EQ(slips[5].values.tail(3), Eigen::Vector3d(2, 300, 0));
+  EXPECT_EQ(slips[6].values.tail(3), Eigen::Vector3d(2, 0, 0));
   campaign.readings[9].time.reset();
-  EXPECT_EQ(placements(effect("target_slip", {1, 1, 0}), campaign, {}).size(), 3u);
+  EXPECT_EQ(placements(effect("target_slip", {1, 1, 0}), campaign, {}).size(), 4u);
   EXPECT_EQ(placements(effect("cycle_offset", {1}), campaign, {}).size(), 4u);
   campaign.readings[0].masked = campaign.readings[1].masked = true;
   EXPECT_EQ(placements(effect("cycle_offset", {1}), campaign, {}).size(), 3u);

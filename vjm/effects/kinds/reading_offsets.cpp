@@ -41,10 +41,11 @@ class TargetSlip : public ReadingOffset {
  public:
   TargetSlip() {
     name = "target_slip";
-    summary = "the target or the instrument slips once in a session";
+    summary = "the target or the instrument slips once, in a session or before it";
     law =
         "read = u + [x, y, z, rx, ry, rz] in the session of that number, counted from 1, from "
-        "`time` after its first reading on; of each number that is read by itself, or, with "
+        "`time` after its first reading on (0: of all that session); of each number that is read "
+        "by itself, or, with "
         "turns_along = 1, of the platform in its own axes";
     source =
         "a shift in the mean at an unknown time: Page, Continuous inspection schemes, Biometrika "
