@@ -613,7 +613,11 @@ void Search::find_confounded(const BaseFit& without, const BaseFit& best,
     if (ranked.fit || ranked.is_hopeless || ranked.not_fitted.empty()) continue;
     const MatrixXd columns = space.left_of(signatures_[i].columns);
     const MatrixXd span = span_of(columns, least_visible);
-    if ((span.transpose() * space.residual()).squaredNorm() < explained / 2) continue;
+    const double part = (span.transpose() * space.residual()).norm();
+    if (part * part < explained / 2) continue;
+    // It would have to be larger than any that is known, and no fit has come to that.
+    const double usual = space.left_of(signatures_[i].of_usual_size()).norm();
+    if (part > unusual * usual) continue;
     const double left =
         left_beside(columns, one_sided_columns(ranked.candidate, fitter_.bare()), signature);
     ranked.confounded |= left < discriminable_from;

@@ -241,8 +241,17 @@ std::string load_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e,
                           const std::optional<vjm::Uncertainty>& uncertainty) {
   const bool is_heavy = !robot.without_effects().gravity().isZero(0) &&
                         !robot.without_effects().is_relaxed_when_unloaded();
-  if (is_nothing(e.wrench, e)) return is_heavy ? "By its weight" : "Without a wrench";
-  const char* weight = is_heavy ? " and its weight" : "";
+  constexpr const char* inner = "the loads at nodes and joints";
+  if (is_nothing(e.wrench, e))
+    return is_heavy && e.has_inner_loads ? fmt::format("By its weight and {}", inner)
+           : e.has_inner_loads           ? fmt::format("By {}", inner)
+           : is_heavy                    ? "By its weight"
+                                         : "Without a wrench";
+  const std::string weight = is_heavy && e.has_inner_loads
+                                 ? fmt::format(", its weight and {}", inner)
+                             : e.has_inner_loads ? fmt::format(" and {}", inner)
+                             : is_heavy          ? " and its weight"
+                                                 : "";
   const double force = e.wrench.force.norm(), moment = e.wrench.moment.norm();
   if (force > 0)
     return fmt::format("{} {}{} along {}{}", figure(force / force_of(robot), 4), robot.units.force,
@@ -272,13 +281,20 @@ std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e,
   if (e.status != vjm::EquilibriumStatus::converged)
     return fmt::format("No equilibrium: {} of the load was reached. {}", short_percent(e.reached),
                        e.reason);
-  const std::string unit = length_unit_for(e.displacement.translation.norm(), robot.units.length);
+  constexpr double rounding = 1e-14;  // [m, rad]
+  const double distance = e.displacement.translation.norm(), turn = e.displacement.rotation.norm();
+  const std::string unit = length_unit_for(distance, robot.units.length);
   const Vector3 moved = e.displacement.translation / spatial::parse_unit(unit).factor;
-  const double turned = e.displacement.rotation.norm() / angle_of(robot);
-  return fmt::format("{}: the platform moves {} {} and turns {} {}{}. {}{}",
-                     load_in_words(robot, e, uncertainty), distance_in_words(robot, e, uncertainty),
-                     components(moved, 3), number(turned, 3), robot.units.angle,
-                     spread(uncertainty, vjm::DeflectionNumbers::turned),
+  const std::string way =
+      distance < rounding
+          ? fmt::format("0 {}", robot.units.length)
+          : fmt::format("{} {}", distance_in_words(robot, e, uncertainty), components(moved, 3));
+  const std::string turned =
+      turn < rounding ? fmt::format("0 {}", robot.units.angle)
+                      : fmt::format("{} {}{}", number(turn / angle_of(robot), 3), robot.units.angle,
+                                    spread(uncertainty, vjm::DeflectionNumbers::turned));
+  return fmt::format("{}: the platform moves {} and turns {}. {}{}",
+                     load_in_words(robot, e, uncertainty), way, turned,
                      e.free.stable() ? "Stable." : "It would not stay there: unstable.",
                      uncertainty ? blame_sentence(*uncertainty, asked_for(*uncertainty)) : "");
 }

@@ -117,6 +117,7 @@ inline Bench arm_bench() {
            make("platform_compliance", "arm.end", {3e-8, 3e-7}),
            make("geometric_error", "arm.upper_arm", {1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 2e-3}),
            make("thermal_expansion", "arm.forearm", {1.2e-5, 22, 0}),
+           make("payload", "platform", {8, 0.02, -0.03, 0.05}),
            make("eccentricity", "arm.q3", {1e-4, -2e-4, 3}),
            make("creep", "shoulder.q2", {1e-7, 400}),
            make("hardening", "arm.q3", {2e12}),

@@ -162,12 +162,15 @@ std::vector<std::string> elements_of(EffectPlace place, const Chain& chain) {
   return elements;
 }
 
-// The chain whose end carries what is mounted on the platform.
+// A chain whose end carries what is mounted on the platform, from the base where there is one.
 std::optional<std::size_t> chain_to_platform(const Manipulator& manipulator) {
-  for (std::size_t c = 0; c < manipulator.size(); ++c)
-    if (manipulator.span(c).from == Span::base && manipulator.span(c).to == Span::platform)
-      return c;
-  return std::nullopt;
+  std::optional<std::size_t> any;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    if (manipulator.span(c).to != Span::platform || manipulator.is_within_elastic_body(c)) continue;
+    if (manipulator.span(c).from == Span::base) return c;
+    if (!any) any = c;
+  }
+  return any;
 }
 
 bool is_of_robot(EffectPlace place) {

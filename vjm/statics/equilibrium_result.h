@@ -42,7 +42,8 @@ struct Equilibrium {
   spatial::Pose platform;  // in base axes
   std::vector<spatial::Pose> inner_bodies;  // of the manipulator, in base axes
   spatial::Twist displacement;              // from the posture; rotation as a rotation vector
-  spatial::Wrench wrench;  // on the platform, at its reference point there, base axes
+  spatial::Wrench wrench;        // on the platform, at its reference point there, base axes
+  bool has_inner_loads = false;  // at nodes or in joints, beside that
   /// Tangent stiffness for a wrench that is constant in base axes; with moments it is not
   /// symmetric. None when a chain is rigid in some direction.
   std::optional<spatial::Stiffness6> stiffness;

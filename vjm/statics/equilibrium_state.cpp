@@ -108,6 +108,7 @@ Equilibrium describe(const EquilibriumSystem& system, const SystemState& state, 
   equilibrium.displacement = spatial::Twist::from_coordinates(
       spatial::pose_difference(system.posture().platform, equilibrium.platform), frame);
   equilibrium.wrench = spatial::Wrench::from_coordinates(at.platform_wrench(), frame);
+  equilibrium.has_inner_loads = !load.nodes.empty() || !load.joints.empty();
   if (system.is_chainwise()) {
     describe_with<ChainwiseFactor>(at, equilibrium);
   } else {

@@ -66,12 +66,17 @@ class System {
 
   const Posture& posture() const { return posture_; }
 
-  // Of relaxed springs.
+  // Of relaxed springs, and of laws in joints at rest.
   MatrixXd stiffness() const {
     MatrixXd stiffness = MatrixXd::Zero(size_, size_);
-    for (std::size_t c = 0; c < chains().size(); ++c)
-      stiffness.block(first_[c], first_[c], chains()[c].size(), chains()[c].size()) =
-          chains()[c].stiffness();
+    for (std::size_t c = 0; c < chains().size(); ++c) {
+      const Chain& chain = chains()[c];
+      stiffness.block(first_[c], first_[c], chain.size(), chain.size()) = chain.stiffness();
+      const VectorXd x = posture_.coordinates_of(chain, c), relaxed = VectorXd::Zero(chain.size());
+      for (const auto& [k, law] : chain.laws())
+        stiffness(first_[c] + k, first_[c] + k) +=
+            chain.value_of(k, *law, x, relaxed, relaxed).tangent;
+    }
     for (const ElasticBody& body : manipulator_.elastic_bodies()) {
       const std::vector<Index> places = places_of(body);
       stiffness(places, places) += body.stiffness;

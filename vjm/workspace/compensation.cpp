@@ -18,6 +18,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using spatial::Vector6;
 
+// Of the largest change by a command: less is not controlled.
+constexpr double least_share = 1e-6;
+
 struct Actuator {
   std::size_t chain;
   Index coordinate;
@@ -141,8 +144,11 @@ class Compensator {
       result_.components = *options_.components;
       return;
     }
-    if (spatial::rank_of(jacobian, 1e-6) < 6)
-      result_.components = {true, true, true, false, false, false};
+    if (spatial::rank_of(jacobian, least_share) == 6) return;
+    const VectorXd lengths = jacobian.rowwise().norm();
+    for (Index i = 0; i < 6; ++i)
+      result_.components[static_cast<std::size_t>(i)] =
+          i < 3 && lengths[i] > least_share * lengths.head<3>().maxCoeff();
   }
 
   template <class Rows>
@@ -155,12 +161,20 @@ class Compensator {
     return rows;
   }
 
-  // Broyden's method. The correction, not the error, must vanish: there may be errors that no
-  // command can take away.
-  void iterate(MatrixXd jacobian) {
-    VectorXd error = selected_rows(scaled(result_.residual));
+  // Broyden's method, in the directions that the commands control: beside these what rounding makes
+  // of the updates would look like control. The correction, not the error, must vanish.
+  void iterate(const MatrixXd& nominal) {
+    const Eigen::JacobiSVD<MatrixXd> svd(nominal, Eigen::ComputeThinU);
+    const Index rank = spatial::rank_of(nominal, least_share);
+    const MatrixXd controlled = svd.matrixU().leftCols(rank).transpose();
+    MatrixXd jacobian = controlled * nominal;
+    const auto left_of = [&](const Vector6& residual) {
+      return (controlled * selected_rows(scaled(residual))).eval();
+    };
+    VectorXd error = left_of(result_.residual);
     for (int i = 1; i <= options_.max_iterations; ++i) {
-      const VectorXd change = -spatial::shortest_least_squares_solution(jacobian, error, 1e-6);
+      const VectorXd change =
+          -spatial::shortest_least_squares_solution(jacobian, error, least_share);
       const PostureResult next = commanded(result_.corrected, change);
       if (!next.reached) {
         fail(CompensationStatus::unreachable, next.reason);
@@ -169,7 +183,7 @@ class Compensator {
       result_.corrected = next.posture;
       result_.iterations = i;
       if (!find_error(result_.residual)) return;
-      const VectorXd left = selected_rows(scaled(result_.residual));
+      const VectorXd left = left_of(result_.residual);
       if (change.norm() <= options_.tolerance * reach_) {
         result_.status = CompensationStatus::converged;
         return;

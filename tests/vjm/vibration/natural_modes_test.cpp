@@ -33,6 +33,24 @@ NaturalModes modes_of(const Manipulator& manipulator, int count,
 
 double squared(const ManipulatorMode& mode) { return std::pow(2 * M_PI * mode.frequency, 2); }
 
+// k exp(-rate v) of a slide at the command v: what a joint's law does without any load is in the
+// frequency.
+TEST(NaturalModes, HaveTheLawsOfJointsAtRest) {
+  const double k = 1e6, rate = 2, mass = 10;
+  const std::string text = fmt::format(
+      "kinetostat: 1\nname: slide\nunits: {{length: m, force: N, angle: rad}}\nchain_types:\n"
+      "  slide:\n    - actuator: {{name: q, axis: Tx, stiffness: {}}}\n"
+      "    - mass: {{name: table, mass: {} kg}}\nmanipulator: {{chain: slide}}\n"
+      "effects:\n  - {{effect: stiffness_along_joint, at: q, rate: {} 1/m}}\n",
+      k, mass, rate);
+  const Robot robot = parse_robot(text, "slide.yaml");
+  for (const double at : {0.0, 0.3, -0.5}) {
+    const NaturalModes found = modes_of(robot.manipulator, 1, {{"q", at}});
+    ASSERT_EQ(found.modes.size(), 1u);
+    EXPECT_NEAR(squared(found.modes[0]), k * std::exp(-rate * at) / mass, 1e-6 * k / mass) << at;
+  }
+}
+
 // Two rods without mass, particles at their ends, a spring at each joint: the double pendulum, with
 // its mass matrix written down by hand.
 TEST(NaturalModes, OfTwoLinksWithParticlesAreThoseOfTheDoublePendulum) {

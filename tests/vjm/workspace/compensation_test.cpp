@@ -74,6 +74,25 @@ TEST(Compensation, SixActuatorsMeetAllSixComponents) {
   EXPECT_LT(error_with_commands(robot.manipulator, c.corrected, target).norm(), 1e-10);
 }
 
+// A planar arm sags out of its plane, where no command moves it: what it controls vanishes all the
+// same, and it does not claim more.
+TEST(Compensation, WhatIsNotControlledStaysAndSpoilsNothing) {
+  const spatial::Matrix6 soft = 1e-7 * spatial::Matrix6::Identity();
+  ChainBuilder chain("arm");
+  chain.actuator("q1", Motion::rz, 2e4)
+      .link("upper", Pose::translation({0.3, 0, 0}), spatial::Compliance6(soft))
+      .actuator("q2", Motion::rz, 1e4)
+      .link("fore", Pose::translation({0.25, 0, 0}), spatial::Compliance6(soft));
+  const Manipulator arm("arm", {chain.build()});
+  const TargetPose target{posture_from_joints(arm, {{"q1", 0.4}, {"q2", 0.9}}).posture.platform,
+                          {.force = {80, -60, -200}}};
+  const Compensation c = compensate(arm, target);
+  ASSERT_EQ(c.status, CompensationStatus::converged) << c.reason;
+  EXPECT_EQ(c.components, (Components{true, true, false, false, false, false}));
+  EXPECT_LT(c.residual.head<2>().norm(), 1e-10);
+  EXPECT_NEAR(c.residual[2], c.error[2], 0.05 * std::abs(c.error[2]));
+}
+
 TEST(Compensation, UnreachableTargetsAndLoadsEndWithTheReason) {
   const Robot robot = shipped("orthoglide.yaml");
   const Compensation far = compensate(robot.manipulator, {Pose::translation({5, 0, 0})});
