@@ -184,6 +184,15 @@ std::string remark_on_inconclusive(const vjm::Robot& robot, const calibration::C
   return "No effect of its usual size is observable in these readings.";
 }
 
+// A size that nobody has seen may be one, or another effect in this one's clothes.
+std::string remark_on_size(const Diagnosis& d) {
+  for (const calibration::FoundEffect& found : d.found)
+    if (found.times_usual > calibration::unusual)
+      return fmt::format("{} is {:.2g} times as large as it usually is: see whether that can be.",
+                         found.candidate.name(), found.times_usual);
+  return {};
+}
+
 // The meaning of a verdict here, in sentences.
 std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                                             const calibration::Campaign& campaign,
@@ -205,8 +214,12 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
     default:
       break;
   }
-  if (remark.empty()) return {};
-  return {std::move(remark)};
+  std::vector<std::string> said;
+  const bool is_named = d.verdict == Verdict::identified || d.verdict == Verdict::narrowed_down;
+  if (!remark.empty()) said.push_back(std::move(remark));
+  if (std::string size = is_named ? remark_on_size(d) : ""; !size.empty())
+    said.push_back(std::move(size));
+  return said;
 }
 
 // Effects that are not observable in these readings, and the command that plans for them.

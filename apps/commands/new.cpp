@@ -1,5 +1,7 @@
 // kinetostat new: files to start with, that run as they are.
+#include <iterator>
 #include <memory>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -8,6 +10,7 @@
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/screen/wording.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -61,15 +64,23 @@ void write_files(const Starter& starter, const path& folder, Run& run) {
   }
 }
 
+std::vector<std::string> words_of(const std::string& command) {
+  std::istringstream stream(command);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
 io::Json make(const Starter& starter, const std::string& folder, Run& run) {
   write_files(starter, folder, run);
   run.print("Next:\n");
   io::Json json{{"folder", folder}, {"files", io::Json::array()}, {"next", io::Json::array()}};
   for (const auto& [from, name] : starter.files) json["files"].push_back(name);
   for (const std::string& command : starter.next) {
-    std::string line = "kinetostat " + command;
-    for (std::size_t at = line.find("{}"); at != std::string::npos; at = line.find("{}", at))
-      line.replace(at, 2, folder);
+    std::string line = "kinetostat";
+    for (std::string word : words_of(command)) {
+      if (const std::size_t at = word.find("{}"); at != std::string::npos)
+        word = report::quoted(word.replace(at, 2, folder));
+      line += " " + word;
+    }
     run.print("  " + line + "\n");
     json["next"].push_back(line);
   }

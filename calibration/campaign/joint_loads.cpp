@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/campaign/column_names.h"
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/particles.h"
 #include "kinetostat/vjm/effects/watcher.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -165,10 +166,38 @@ std::pair<double, double> force_of_others(const vjm::Load& load,
   return {force, most};
 }
 
+// The same of the weight of the robot.
+std::pair<double, double> force_of_weight(const vjm::Manipulator& manipulator, const Motion& motion,
+                                          bool turns) {
+  double force = 0, most = 0;
+  if (!motion.between) return {force, most};
+  const Vector3& gravity = manipulator.gravity();
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const vjm::Chain& chain = manipulator.chains()[c];
+    const auto particles = [&](const vjm::Posture& posture) {
+      const Eigen::VectorXd x = posture.coordinates_of(chain, c);
+      vjm::ChainKinematics kinematics;
+      const spatial::Pose& from = posture.body(manipulator.span(c).from);
+      vjm::evaluate(chain, x, kinematics, from);
+      return vjm::particles_of(chain, x, kinematics, from);
+    };
+    const auto behind = particles((*motion.between)[0]), ahead = particles((*motion.between)[1]);
+    for (std::size_t p = 0; p < ahead.size(); ++p) {
+      const Vector3 weight = ahead[p].mass * gravity;
+      force += weight.dot(ahead[p].position - behind[p].position) / (2 * step);
+      most += weight.norm() * (turns ? ahead[p].position.norm() : 1);
+    }
+  }
+  return {force, most};
+}
+
 void count(const vjm::Manipulator& manipulator, const Reading& reading, const vjm::Load& load,
-           const spatial::Pose& platform, const Motion& motion, JointLoad& joint, bool& driven) {
+           const spatial::Pose& platform, const Motion& motion,
+           const std::pair<double, double>& by_weight, JointLoad& joint, bool& driven) {
   const Vector6 wrench = load.at_reference_point(platform);
-  const auto [by_others, most_by_others] = force_of_others(load, manipulator, motion, joint.turns);
+  auto [by_others, most_by_others] = force_of_others(load, manipulator, motion, joint.turns);
+  by_others += by_weight.first;
+  most_by_others += by_weight.second;
   const double force = wrench.dot(motion.platform) + by_others;
   const Vector3 point = platform * load.point_on_platform;
   const double most =
@@ -208,10 +237,14 @@ std::vector<JointLoad> joint_loads(const Campaign& campaign, const vjm::Manipula
     const auto values = coordinates_of(manipulator, found.posture);
     for (std::size_t j = 0; j < names.size(); ++j) {
       const Motion motion = motion_of(campaign, manipulator, found.posture, values, names[j]);
+      // In differences it cancels.
+      const auto by_weight = campaign.displacement == DisplacementKind::absolute
+                                 ? force_of_weight(manipulator, motion, result[j].turns)
+                                 : std::pair(0.0, 0.0);
       bool driven = false;
       for (const std::size_t i : here)
         count(manipulator, campaign.readings[i], loads[i], found.posture.platform, motion,
-              result[j], driven);
+              by_weight, result[j], driven);
       result[j].postures += driven;
     }
   }

@@ -12,9 +12,9 @@ namespace kinetostat::calibration {
 struct JointLoad {
   std::string name;    // as the table of readings calls it
   bool turns = false;  // else it slides
-  /// Generalised forces of the loads along the joint, least and largest over the readings in use:
-  /// w' dX/dq with the wrench w and the motion dX/dq of the platform when the joint moves alone,
-  /// passive joints following [N m, or N].
+  /// Generalised forces of the loads, and in absolute poses of the weight, along the joint, least
+  /// and largest over the readings in use: w' dX/dq with the wrench w and the motion dX/dq of the
+  /// platform when the joint moves alone, passive joints following [N m, or N].
   double least = 0, largest = 0;
   /// Largest share of the load that drives the joint: |w' dX/dq| over what the same load could do,
   /// (|F| r + |M|) for a joint that turns, with r the distance of the point of application from the

@@ -72,10 +72,11 @@ std::vector<std::size_t> poses_in_use(const Campaign& campaign) {
 void require_within_range(const ParameterEstimate& estimate, const GeometricParameter& what) {
   if (estimate.hit == BoundHit::none) return;
   throw common::NotIdentifiable(fmt::format(
-      "{} would have to be more than {:.3g} {}: that is no error of a geometry. Correct the robot "
+      "{} would have to be {} than {:.3g} {}: that is no error of a geometry. Correct the robot "
       "file first (tool, home positions, units and signs of joints), or where the target is "
       "('target_point' in the campaign file).",
-      what.phrase(), estimate.value, what.unit()));
+      what.phrase(), estimate.hit == BoundHit::upper ? "more" : "less", estimate.value,
+      what.unit()));
 }
 
 class Calibration {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/evidence.h"
@@ -183,6 +184,25 @@ double FreeForm::log_evidence(const Spectrum& spectrum, double exponent) {
 
 double FreeFormEvidence::p_value() const { return std::min(1.0, std::exp(-log)); }
 
+namespace {
+
+// Whether several postures were read one after the other, none twice: what depends on them then
+// depends on the time as well.
+bool is_read_in_turn(const Campaign& campaign) {
+  std::vector<std::pair<double, std::size_t>> visits;  // time and configuration
+  for (const Reading& reading : campaign.readings)
+    if (is_used(reading)) visits.emplace_back(reading.time.value_or(0), reading.configuration);
+  std::sort(visits.begin(), visits.end());
+  std::set<std::size_t> seen;
+  for (std::size_t i = 0; i < visits.size(); ++i) {
+    const bool is_new = i == 0 || visits[i].second != visits[i - 1].second;
+    if (is_new && !seen.insert(visits[i].second).second) return false;
+  }
+  return seen.size() > 1;
+}
+
+}  // namespace
+
 std::vector<FreeFormEvidence::Part> FreeFormEvidence::parts() const {
   return shared.empty() ? std::vector<Part>{{over, drive}} : shared;
 }
@@ -196,6 +216,8 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
   const auto heat = [&](std::size_t i) { return campaign.readings[i].temperature.value_or(0); };
   const MatrixXd times = numbers_of(campaign, time), heats = numbers_of(campaign, heat);
   const auto uncertain = std::make_shared<const MatrixXd>(of_unit_length(ways.uncertain));
+  const std::string time_in_words =
+      is_read_in_turn(campaign) ? "time or posture, which change together here" : "time";
   const auto add_through = [&](const std::shared_ptr<const MatrixXd>& columns,
                                const std::string& how) {
     add("posture" + how, SmoothOver::other, postures, columns, {0, 2.5, 1});
@@ -206,7 +228,7 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
     if (branches.cols() > 0)
       add("load, and whether it rises or falls" + how, SmoothOver::other, beside(loads, branches),
           columns, {0, 1});
-    add("time" + how, SmoothOver::time, times, columns, {0, 1, 0.3});
+    add(time_in_words + how, SmoothOver::time, times, columns, {0, 1, 0.3});
     add("time in the cycle" + how, SmoothOver::time, held, columns, {0, 1});
     if (loads.cols() > 0 && held.cols() > 0)
       add("load and time in the cycle together" + how, SmoothOver::other, beside(loads, held),

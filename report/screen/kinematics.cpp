@@ -139,15 +139,21 @@ std::string confirmed_text(const Campaign& campaign, const KinematicCalibration&
       2, 4);
 }
 
+constexpr double clearly = 1.5;  // times the noise: more than that is left
+
+bool leaves_more_than_noise(const KinematicCalibration& c) {
+  return c.noise_source != calibration::NoiseSource::unknown && c.residual_ratio > clearly;
+}
+
 std::string trust_text(const KinematicCalibration& c) {
-  constexpr double clearly = 1.5;
   std::string sentences = fmt::format("{} poses, {} (condition number {}).", c.poses,
                                       conditioning_in_words(c.observability.condition()),
                                       figure(c.observability.condition(), 2));
-  if (c.noise_source != calibration::NoiseSource::unknown && c.residual_ratio > clearly)
-    sentences +=
-        fmt::format(" What is left is {} times the noise; standard deviations count it as noise.",
-                    times(c.residual_ratio));
+  if (leaves_more_than_noise(c))
+    sentences += fmt::format(
+        " What is left is {} times the noise; standard deviations count it as noise. A few bad "
+        "readings would do that, too: --robust gives them little weight.",
+        times(c.residual_ratio));
   std::string text = wrapped(sentences, 2, 4);
   constexpr double small = 0.8;
   if (judged(c.after()).whitened > small * judged(c.before()).whitened)
@@ -163,6 +169,13 @@ std::string trust_text(const KinematicCalibration& c) {
 std::string headline(const Campaign& campaign, const KinematicCalibration& c) {
   const SmallUnits units(campaign.units);
   const std::string where = c.is_judged ? "at poses that were held out" : "at the fitted poses";
+  if (c.geometry.empty() && leaves_more_than_noise(c))
+    return fmt::format(
+        "Nothing was calibrated, though the error is {} times the noise ({} {} rms): from {} poses "
+        "no error of the geometry predicts those that were held out better. Read more poses; if "
+        "that does not help, it is no geometry.",
+        times(c.residual_ratio), figure(shown(units, judged(c.after())).value),
+        shown(units, judged(c.after())).unit, c.poses);
   if (c.geometry.empty())
     return fmt::format(
         "Nothing to calibrate: no error of the geometry predicts poses that were held out better "

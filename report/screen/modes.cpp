@@ -81,7 +81,8 @@ std::string response_text(const RobotModes& modes) {
     for (std::size_t k = 1; k < response.receptance.size(); ++k)
       if (size(k) > size(most)) most = k;
     table.add_row({fmt::format("along {}", "xyz"[axis]), number(response.frequencies[most], 3),
-                   number(1e6 * size(most), 3), number(size(most) / size(0), 3)});
+                   number(1e6 * size(most), 3),
+                   size(0) > 0 ? number(size(most) / size(0), 3) : "-"});
   }
   return fmt::format("\nLargest response of the platform, {}\n{}", damping_in_words(modes.damping),
                      table.text());

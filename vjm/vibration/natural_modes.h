@@ -32,10 +32,11 @@ struct NaturalModes {
 double mass_of(const Manipulator& manipulator);
 
 /// The `count` lowest modes of K y = omega^2 M y, fewer where there are no more; springs relaxed
-/// and no load, as for unloaded_stiffness(), laws in joints by their tangent there. y are the coordinates that move and the motions of the
-/// bodies, as far as the chains agree on these. M is of the masses of the chains, links with the
-/// inertia that is given or as uniform rods (particles.h): what these have about their own axis is
-/// left out. The weight's and the preloads' geometric stiffness is left out, too.
+/// and no load, as for unloaded_stiffness(), laws in joints by their tangent there. y are the
+/// coordinates that move and the motions of the bodies, as far as the chains agree on these. M is
+/// of the masses of the chains, links with the inertia that is given or as uniform rods
+/// (particles.h): what these have about their own axis is left out. The weight's and the preloads'
+/// geometric stiffness is left out, too.
 NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count);
 
 /// The same about the equilibrium that is found from the posture under dead loads and gravity. K is

@@ -105,8 +105,9 @@ MemberList read_fleet(const std::vector<std::string>& files) {
 }
 
 io::Json fleet(const FleetRequest& request, Run& run) {
-  if (request.baseline == 1)
-    throw UsageError("--baseline", "one value has no limits", "Give 2 or more");
+  if (request.baseline == 1 || request.baseline == 2)
+    throw UsageError("--baseline", "one or two values say too little of how others spread",
+                     "Give 3 or more");
   MemberList list = read_fleet(request.files);
   const report::Fleet found =
       report::make_fleet(std::move(list.name), std::move(list.members), request.baseline);

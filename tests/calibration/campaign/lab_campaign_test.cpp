@@ -286,6 +286,24 @@ TEST(JointLoads, KnowTheTorquesInJoints) {
   EXPECT_EQ(loads[1].postures, 2U);
 }
 
+// Poses sag under the weight, of which differences see nothing: m g x about the second axis.
+TEST(JointLoads, OfPosesAreThoseOfTheWeightToo) {
+  vjm::ChainBuilder chain("arm");
+  chain.actuator("q1", vjm::Motion::rz, 1e5).offset(spatial::Pose::translation({0.3, 0, 0}));
+  chain.actuator("q2", vjm::Motion::ry, 1e5).offset(spatial::Pose::translation({0.5, 0, 0}));
+  chain.mass("tool", 6, spatial::Vector3::Zero());
+  const auto heavy = vjm::Manipulator("arm", {chain.build()}).with_gravity({0, 0, -9.81});
+  Campaign c = read_campaign(test::write_campaign(head + std::string("wrench_point: reference\n"),
+                                                  "q1 [deg],q2 [deg],fz,dx,dy,dz\n0,0,0,1,1,1\n"),
+                             heavy);
+  EXPECT_FALSE(joint_loads(c, heavy)[1].is_loaded());
+  c.displacement = DisplacementKind::absolute;
+  const auto loads = joint_loads(c, heavy);
+  EXPECT_FALSE(loads[0].is_loaded());
+  EXPECT_NEAR(loads[1].largest, 6 * 9.81 * 0.5, 1e-6);
+  EXPECT_TRUE(loads[1].is_observable());
+}
+
 TEST(JointLoads, SeeOnlyWhatIsMeasured) {
   const Campaign c =
       read("q1 [deg],q2 [deg],q3 [deg],fy,dz\n0,0,0,50,1\n", "wrench_point: reference\n");
