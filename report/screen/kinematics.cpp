@@ -169,7 +169,8 @@ std::string trust_text(const KinematicCalibration& c) {
 std::string headline(const Campaign& campaign, const KinematicCalibration& c) {
   const SmallUnits units(campaign.units);
   const std::string where = c.is_judged ? "at poses that were held out" : "at the fitted poses";
-  if (c.geometry.empty() && leaves_more_than_noise(c))
+  constexpr Eigen::Index few = 20;  // as many as a geometry of six joints has parameters
+  if (c.geometry.empty() && leaves_more_than_noise(c) && c.poses < few)
     return fmt::format(
         "Nothing was calibrated, though the error is {} times the noise ({} {} rms): from {} poses "
         "no error of the geometry predicts those that were held out better. Read more poses; if "
