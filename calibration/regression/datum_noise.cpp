@@ -61,9 +61,14 @@ std::optional<Reference> fit_without_effects(const Noise& noise, const vjm::Robo
   return result;
 }
 
-double misfit(const BaseFit& fit) {
+// Whether a model nearly explains the readings. A noise by replicates is as much too small as
+// datums are taken to be noisier than they are.
+bool is_near(const Reference& reference) {
+  const BaseFit& fit = reference.fit;
   const auto freedom = static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
-  return std::sqrt(fit.squared_error / freedom);
+  const double too_small =
+      reference.noise.source == NoiseSource::replicates ? std::sqrt(1 + usual_datum_variance) : 1;
+  return std::sqrt(fit.squared_error / freedom) <= too_small * most_misfit;
 }
 
 // Columns of readings: of one session and component each.
@@ -117,7 +122,7 @@ Noise with_datums_seen(Noise noise, const vjm::Robot& robot, const Campaign& cam
                        common::Progress& progress) {
   if (!is_open(campaign, noise)) return noise;
   const auto reference = fit_without_effects(noise, robot, campaign, threads, progress);
-  if (!reference || misfit(reference->fit) > most_misfit) return noise;
+  if (!reference || !is_near(*reference)) return noise;
   const std::vector<Value> values = values_in_use(campaign);
   const MatrixXd columns = residual_and_fitted(*reference, campaign, values);
   std::vector<double> logs;

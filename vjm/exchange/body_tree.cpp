@@ -222,16 +222,20 @@ TreeBody with_least_inertia(TreeBody body) {
   return body;
 }
 
-std::vector<std::string> lost_by_least_inertia(const BodyTree& tree) {
-  std::vector<std::string> names;
+std::vector<std::string> lost_in_file(std::vector<std::string> own, const BodyTree& tree,
+                                      bool has_least_inertia) {
+  if (tree.has_ranges) own.emplace_back("ranges of joints");
+  std::vector<std::string> light;
   for (const TreeBody& body : tree.bodies)
     if (body.mass < least_mass || !(body.inertia.determinant() > 0))
-      names.push_back(common::printable(body.name));
-  if (names.empty()) return {};
-  return {
-      fmt::format("that nothing has a mass, or an inertia about some axis, behind {}: it has "
-                  "2e-6 kg and 1e-9 kg m^2 there, for programs that ask for some",
-                  fmt::join(names, ", "))};
+      light.push_back(common::printable(body.name));
+  if (has_least_inertia && !light.empty())
+    own.push_back(
+        fmt::format("that nothing has a mass, or an inertia about some axis, behind {}: it has "
+                    "2e-6 kg and 1e-9 kg m^2 there, for programs that ask for some",
+                    fmt::join(light, ", ")));
+  own.insert(own.end(), tree.lost.begin(), tree.lost.end());
+  return own;
 }
 
 std::string free_name(std::string wanted, const BodyTree& tree) {

@@ -39,8 +39,10 @@ struct BodyTree {
 /// 2e-6 kg at least, and a billionth more inertia than it has, 1e-9 kg m^2 at least.
 TreeBody with_least_inertia(TreeBody body);
 
-/// Says of which bodies that is all they have; nothing where there are none.
-std::vector<std::string> lost_by_least_inertia(const BodyTree& tree);
+/// All that a file lacks, in words: `own` of its format, ranges of joints, that bodies have no more
+/// than the least inertia where it `has_least_inertia`, and what no tree can hold.
+std::vector<std::string> lost_in_file(std::vector<std::string> own, const BodyTree& tree,
+                                      bool has_least_inertia);
 
 /// A name for something of the file beside those of the bodies: `wanted`, with underscores behind
 /// it until neither a body nor its "..._link" is called so.

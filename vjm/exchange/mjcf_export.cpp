@@ -76,14 +76,7 @@ class Writer {
 
 namespace kinetostat::vjm {
 
-std::vector<std::string> lost_in_mjcf(const BodyTree& tree) {
-  std::vector<std::string> lost;
-  if (tree.has_ranges) lost.emplace_back("ranges of joints");
-  const std::vector<std::string> masses = lost_by_least_inertia(tree);
-  lost.insert(lost.end(), masses.begin(), masses.end());
-  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
-  return lost;
-}
+std::vector<std::string> lost_in_mjcf(const BodyTree& tree) { return lost_in_file({}, tree, true); }
 
 std::string mjcf(const BodyTree& tree) { return mjcf_export::Writer(tree).run(); }
 

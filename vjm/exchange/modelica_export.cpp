@@ -120,10 +120,7 @@ class Writer {
 namespace kinetostat::vjm {
 
 std::vector<std::string> lost_in_modelica(const BodyTree& tree) {
-  std::vector<std::string> lost;
-  if (tree.has_ranges) lost.emplace_back("ranges of joints");
-  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
-  return lost;
+  return lost_in_file({}, tree, false);
 }
 
 std::string modelica(const BodyTree& tree) { return modelica_export::Writer(tree).run(); }

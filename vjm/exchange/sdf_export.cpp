@@ -85,12 +85,7 @@ class Writer {
 namespace kinetostat::vjm {
 
 std::vector<std::string> lost_in_sdf(const BodyTree& tree) {
-  std::vector<std::string> lost{"the posture, but as spring_reference"};
-  if (tree.has_ranges) lost.emplace_back("ranges of joints");
-  const std::vector<std::string> masses = lost_by_least_inertia(tree);
-  lost.insert(lost.end(), masses.begin(), masses.end());
-  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
-  return lost;
+  return lost_in_file({"the posture, but as spring_reference"}, tree, true);
 }
 
 std::string sdf(const BodyTree& tree) { return sdf_export::Writer(tree).run(); }

@@ -84,14 +84,10 @@ class Writer {
 namespace kinetostat::vjm {
 
 std::vector<std::string> lost_in_urdf(const BodyTree& tree) {
-  std::vector<std::string> lost{
-      "the springs of joints, but for readers that know Gazebo's extension",
-      "gravity, and the posture that the springs are relaxed in, but as springReference"};
-  if (tree.has_ranges) lost.emplace_back("ranges of joints");
-  const std::vector<std::string> masses = lost_by_least_inertia(tree);
-  lost.insert(lost.end(), masses.begin(), masses.end());
-  lost.insert(lost.end(), tree.lost.begin(), tree.lost.end());
-  return lost;
+  return lost_in_file(
+      {"the springs of joints, but for readers that know Gazebo's extension",
+       "gravity, and the posture that the springs are relaxed in, but as springReference"},
+      tree, true);
 }
 
 std::string urdf(const BodyTree& tree) { return urdf_export::Writer(tree).run(); }
