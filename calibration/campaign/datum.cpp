@@ -40,14 +40,14 @@ bool is_read(const Campaign& campaign) {
 
 bool has_datums(const Campaign& campaign) {
   return campaign.displacement == DisplacementKind::difference &&
-         campaign.zero == ZeroReading::known && is_read(campaign);
+         campaign.zero == ZeroReading::known;
 }
 
 }  // namespace
 
 std::vector<bool> are_datums(const Campaign& campaign) {
   std::vector<bool> result(campaign.readings.size(), false);
-  if (!has_datums(campaign)) return result;
+  if (!has_datums(campaign) || !is_read(campaign)) return result;
   std::map<std::tuple<std::size_t, std::string, std::size_t>, std::size_t> first;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const Reading& r = campaign.readings[i];
@@ -66,8 +66,7 @@ std::vector<bool> are_datums(const Campaign& campaign) {
 }
 
 std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<VectorXd>& sigma) {
-  if (campaign.displacement != DisplacementKind::difference || campaign.zero != ZeroReading::known)
-    return {};
+  if (!has_datums(campaign)) return {};
   const bool is_measured = is_read(campaign);
   std::map<std::tuple<std::size_t, std::string, std::size_t>, std::vector<std::size_t>> counted;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {

@@ -70,7 +70,6 @@ Noise with_scatter(Noise noise, const Campaign& campaign,
 }
 
 Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
-  const std::size_t n = campaign.readings.size();
   Noise noise;
   if (campaign.noise_stated) {
     noise.source = NoiseSource::stated;
@@ -79,9 +78,8 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
     noise.datums = datums_of(campaign, noise.sigma);
     return noise;
   }
-  noise.sigma.assign(n, VectorXd::Ones(campaign.size()));
+  noise.sigma.assign(campaign.readings.size(), VectorXd::Ones(campaign.size()));
   noise.datums = datums_of(campaign, noise.sigma);
-  VectorXd pooled = VectorXd::Ones(campaign.size());
   bool complete = true;
   Index freedom = 0, kinds = 0;
   for (const std::vector<Index>& kind : component_kinds(campaign)) {
@@ -91,9 +89,6 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
     const bool usable = scatter.degrees_of_freedom > 0 && scatter.sum > 0;
     complete = complete && usable;
     if (usable) freedom += scatter.degrees_of_freedom;
-    if (usable)
-      pooled(kind).setConstant(
-          std::sqrt(scatter.sum / static_cast<double>(scatter.degrees_of_freedom)));
   }
   noise.comparable = complete || kinds < 2;
   if (!complete) {
@@ -103,8 +98,6 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   noise.source = NoiseSource::replicates;
   noise.only_unloaded = are_only_unloaded(campaign, groups);
   noise.degrees_of_freedom = freedom;
-  noise.sigma.assign(n, pooled);
-  noise.datums = datums_of(campaign, noise.sigma);
   return with_scatter(std::move(noise), campaign, groups);
 }
 

@@ -43,19 +43,6 @@ ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom,
           .lower_p_value = is_never_smaller(statistic, n) ? 0 : cdf(distribution, statistic)};
 }
 
-ChiSquareTest misfit_test(double statistic, Eigen::Index degrees_of_freedom,
-                          Eigen::Index degrees_of_freedom_noise) {
-  ChiSquareTest test = chi_square_test(statistic, degrees_of_freedom);
-  if (degrees_of_freedom_noise == 0 || degrees_of_freedom <= degrees_of_freedom_noise) return test;
-  const auto n = static_cast<double>(degrees_of_freedom - degrees_of_freedom_noise);
-  const auto d = static_cast<double>(degrees_of_freedom_noise);
-  const boost::math::fisher_f distribution(n, d);
-  const double f = std::max(0.0, statistic - d) / n;  // the scatter is d, in units of its noise
-  test.p_value = cdf(complement(distribution, f));
-  test.lower_p_value = cdf(distribution, f);
-  return test;
-}
-
 LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack, double pure,
                                Eigen::Index degrees_of_freedom_pure, double level) {
   const auto n = static_cast<double>(degrees_of_freedom_lack);
@@ -68,6 +55,19 @@ LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack
           .level = level,
           .critical = quantile(complement(distribution, level)),
           .p_value = cdf(complement(distribution, f))};
+}
+
+ChiSquareTest misfit_test(double statistic, Eigen::Index degrees_of_freedom,
+                          Eigen::Index degrees_of_freedom_noise) {
+  ChiSquareTest test = chi_square_test(statistic, degrees_of_freedom);
+  if (degrees_of_freedom_noise == 0 || degrees_of_freedom <= degrees_of_freedom_noise) return test;
+  const auto scatter = static_cast<double>(degrees_of_freedom_noise);  // in units of its noise
+  test.p_value = lack_of_fit_test(std::max(0.0, statistic - scatter),
+                                  degrees_of_freedom - degrees_of_freedom_noise, scatter,
+                                  degrees_of_freedom_noise)
+                     .p_value;
+  test.lower_p_value = 1 - test.p_value;
+  return test;
 }
 
 }  // namespace kinetostat::calibration

@@ -31,12 +31,6 @@ struct ChiSquareTest {
 ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom,
                               double level = significance_level);
 
-/// The same over a noise that was estimated with `degrees_of_freedom_noise` (0: stated) from the
-/// scatter of replicates among the same values: its p values are those of the quotient of what is
-/// left of the statistic, and that scatter.
-ChiSquareTest misfit_test(double statistic, Eigen::Index degrees_of_freedom,
-                          Eigen::Index degrees_of_freedom_noise);
-
 /// Misfit of the group means against the scatter within groups (Fisher's lack-of-fit test).
 struct LackOfFitTest {
   double f = 0;
@@ -52,5 +46,11 @@ struct LackOfFitTest {
 LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack, double pure,
                                Eigen::Index degrees_of_freedom_pure,
                                double level = significance_level);
+
+/// The chi-square test over a noise that was estimated with `degrees_of_freedom_noise` (0: stated)
+/// from the scatter of replicates among the same values: its p values are those of the lack of fit
+/// of what is left of the statistic.
+ChiSquareTest misfit_test(double statistic, Eigen::Index degrees_of_freedom,
+                          Eigen::Index degrees_of_freedom_noise);
 
 }  // namespace kinetostat::calibration

@@ -145,12 +145,9 @@ std::string readings_in_words(const calibration::Campaign& campaign, const vjm::
   const calibration::Reading& reading = campaign.readings[*first];
   const std::string& session = campaign.sessions[reading.session];
   const std::string of = session.empty() ? "" : fmt::format(" of session '{}'", session);
-  const bool is_first = std::none_of(moments.begin(), moments.end(), [&](const auto& moment) {
-    return moment.session == moments[*first].session && moment.time < moments[*first].time;
-  });
   const bool is_cycle = effect.kind->parameters.back().names_readings == vjm::NamesReadings::cycle;
   return is_cycle ? fmt::format(" in cycle '{}'{}", reading.cycle, of)
-         : is_first && !effect.kind->is_off({}, effect.values)
+         : moments[*first].time == 0  // of its session
              ? fmt::format(" in all{}, as if the instrument or the target had been moved before it",
                            of)
              : fmt::format(" from reading '{}'{} on", reading.id, of);

@@ -241,26 +241,23 @@ std::string load_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e,
                           const std::optional<vjm::Uncertainty>& uncertainty) {
   const bool is_heavy = !robot.without_effects().gravity().isZero(0) &&
                         !robot.without_effects().is_relaxed_when_unloaded();
-  constexpr const char* inner = "the loads at nodes and joints";
+  std::vector<std::string> acting;
+  if (is_heavy) acting.emplace_back("its weight");
+  if (e.has_inner_loads) acting.emplace_back("the loads at nodes and joints");
   if (is_nothing(e.wrench, e))
-    return is_heavy && e.has_inner_loads ? fmt::format("By its weight and {}", inner)
-           : e.has_inner_loads           ? fmt::format("By {}", inner)
-           : is_heavy                    ? "By its weight"
-                                         : "Without a wrench";
-  const std::string weight = is_heavy && e.has_inner_loads
-                                 ? fmt::format(", its weight and {}", inner)
-                             : e.has_inner_loads ? fmt::format(" and {}", inner)
-                             : is_heavy          ? " and its weight"
-                                                 : "";
+    return acting.empty() ? "Without a wrench" : "By " + listed(acting, "and");
   const double force = e.wrench.force.norm(), moment = e.wrench.moment.norm();
-  if (force > 0)
-    return fmt::format("{} {}{} along {}{}", figure(force / force_of(robot), 4), robot.units.force,
-                       spread(uncertainty, vjm::DeflectionNumbers::force),
-                       direction_in_words(e.wrench.force / force), weight);
-  return fmt::format("{} {} {}{} about {}{}",
-                     figure(moment / (force_of(robot) * length_of(robot)), 4), robot.units.force,
-                     robot.units.length, spread(uncertainty, vjm::DeflectionNumbers::moment),
-                     direction_in_words(e.wrench.moment / moment), weight);
+  const std::string wrench =
+      force > 0
+          ? fmt::format("{} {}{} along {}", figure(force / force_of(robot), 4), robot.units.force,
+                        spread(uncertainty, vjm::DeflectionNumbers::force),
+                        direction_in_words(e.wrench.force / force))
+          : fmt::format("{} {} {}{} about {}",
+                        figure(moment / (force_of(robot) * length_of(robot)), 4), robot.units.force,
+                        robot.units.length, spread(uncertainty, vjm::DeflectionNumbers::moment),
+                        direction_in_words(e.wrench.moment / moment));
+  acting.insert(acting.begin(), wrench);
+  return listed(acting, "and");
 }
 
 // "162 um +- 9 %", the file's value beside it where the estimate is another one.

@@ -10,8 +10,6 @@ namespace {
 using spatial::Pose;
 using spatial::Vector3;
 
-constexpr const char* root = "world";  // a link of this name is fixed there
-
 class Writer {
  public:
   explicit Writer(const BodyTree& tree) : tree_(tree) {}
@@ -19,7 +17,7 @@ class Writer {
   std::string run() && {
     add("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", xml_escaped(tree_.name));
     text_ += lost_comment(lost_in_urdf(tree_), "  <!-- ", " -->");
-    std::string parent = root;
+    std::string parent = "world";  // Gazebo fixes a link of this name
     add("  <link name=\"{}\"/>\n", parent);
     for (const TreeBody& body : tree_.bodies) {
       const std::string link = xml_escaped(body.name) + "_link";

@@ -164,9 +164,7 @@ class Compensator {
   // Broyden's method, in the directions that the commands control: beside these what rounding makes
   // of the updates would look like control. The correction, not the error, must vanish.
   void iterate(const MatrixXd& nominal) {
-    const Eigen::JacobiSVD<MatrixXd> svd(nominal, Eigen::ComputeThinU);
-    const Index rank = spatial::rank_of(nominal, least_share);
-    const MatrixXd controlled = svd.matrixU().leftCols(rank).transpose();
+    const MatrixXd controlled = spatial::range_of(nominal, least_share).transpose();
     MatrixXd jacobian = controlled * nominal;
     const auto left_of = [&](const Vector6& residual) {
       return (controlled * selected_rows(scaled(residual))).eval();

@@ -88,26 +88,27 @@ Flexibility flexibility_of(const Matrix6& stiffness, double length) {
   return result;
 }
 
-// Compliances [m/N] below this are rounding: nothing yields there. Rotations are times a length.
-double rounding_of(const Flexibility& flexibility, double length) {
-  const Vector6 scale = twist_scale(length);
-  return 1e-12 * (scale.asDiagonal() * flexibility.compliance * scale.asDiagonal()).norm();
+// Of the largest compliances: less is rounding, and nothing yields there.
+constexpr double rounding = 1e-12;
+
+// Below this compliances [m/N] are rounding, rotations times the length of the flexibility.
+double rounding_of(const Flexibility& flexibility) {
+  const Vector6 scale = twist_scale(flexibility.length);
+  return rounding * (scale.asDiagonal() * flexibility.compliance * scale.asDiagonal()).norm();
 }
 
 double along(const Flexibility& flexibility, const Vector6& unit_wrench) {
   if (flexibility.is_uncarried(unit_wrench)) return 0;
-  const double length = flexibility.length;
   const double compliance = unit_wrench.dot(flexibility.compliance * unit_wrench);
-  const double size = (unit_wrench.cwiseQuotient(twist_scale(length))).squaredNorm();
-  return std::abs(compliance) <= size * rounding_of(flexibility, length) ? infinity
-                                                                         : 1 / compliance;
+  const double size = unit_wrench.cwiseQuotient(twist_scale(flexibility.length)).squaredNorm();
+  return std::abs(compliance) <= size * rounding_of(flexibility) ? infinity : 1 / compliance;
 }
 
 // Of compliances in increasing order: what is weakest, negative where it is unstable.
-double weakest_of(const Eigen::Ref<const Eigen::VectorXd>& compliances, double rounding) {
+double weakest_of(const Eigen::Ref<const Eigen::VectorXd>& compliances, double nothing) {
   const double least = compliances[0], most = compliances[compliances.size() - 1];
-  if (least < -rounding) return 1 / least;
-  return most <= rounding ? infinity : 1 / most;
+  if (least < -nothing) return 1 / least;
+  return most <= nothing ? infinity : 1 / most;
 }
 
 // Smallest stiffness under pure forces (first = 0) or pure moments (first = 3). A negative value
@@ -118,7 +119,7 @@ double weakest_of_block(const Flexibility& flexibility, int first) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(
       flexibility.compliance.block<3, 3>(first, first), Eigen::EigenvaluesOnly);
   const double length = flexibility.length, unit = first == 0 ? 1 : length * length;
-  return weakest_of(eigen.eigenvalues(), rounding_of(flexibility, length) / unit);
+  return weakest_of(eigen.eigenvalues(), rounding_of(flexibility) / unit);
 }
 
 Vector6 scaled_compliances(const Flexibility& flexibility, double length) {
@@ -131,15 +132,15 @@ Vector6 scaled_compliances(const Flexibility& flexibility, double length) {
 
 double weakest(const Flexibility& flexibility, double length) {
   if (flexibility.has_free_motion()) return 0;
-  return weakest_of(scaled_compliances(flexibility, length), rounding_of(flexibility, length));
+  const Vector6 values = scaled_compliances(flexibility, length);
+  return weakest_of(values, rounding * values.norm());
 }
 
 double condition(const Flexibility& flexibility, double length) {
   if (flexibility.has_free_motion()) return infinity;
   const Vector6 values = scaled_compliances(flexibility, length).cwiseAbs();
-  return values.minCoeff() <= rounding_of(flexibility, length)
-             ? infinity
-             : values.maxCoeff() / values.minCoeff();
+  return values.minCoeff() <= rounding * values.norm() ? infinity
+                                                       : values.maxCoeff() / values.minCoeff();
 }
 
 double value_of(const MapIndex& index, const Flexibility& flexibility, const Vector6& deflection) {
