@@ -116,6 +116,12 @@ common::InputError not_a_result(const std::filesystem::path& file) {
           "Give files that 'kinetostat COMMAND --json FILE' or '--html FILE' wrote"};
 }
 
+// A result has its command, one that Python made its inputs, a link the version of its format.
+bool is_result(const Json& result) {
+  return result.is_object() &&
+         (result.contains("command") || result.contains("inputs") || result.contains("kinetostat"));
+}
+
 common::InputError too_large(const std::filesystem::path& file) {
   return {file, fmt::format("its results are more than is read back ({} MiB)", most_bytes >> 20),
           "Make a page of fewer results"};
@@ -204,7 +210,7 @@ std::vector<PageResult> read_page_results(const std::filesystem::path& file) {
   std::vector<PageResult> results;
   if (text.find(results_begin) == std::string::npos) {
     Json result = parsed(file, text);
-    if (!result.is_object()) throw not_a_result(file);
+    if (!is_result(result)) throw not_a_result(file);
     results.push_back({.result = std::move(result), .picture = {}, .text = {}});
     return results;
   }

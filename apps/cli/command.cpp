@@ -139,7 +139,10 @@ std::vector<std::filesystem::path> outputs_of(const OptionList& options) {
     return fs::weakly_canonical(fs::absolute(a)) == fs::weakly_canonical(fs::absolute(b));
   };
   for (const auto& [name, file] : options.outputs()) {
-    if (file == "-") continue;
+    if (file == "-" && name == "json") continue;
+    if (file == "-")
+      throw UsageError("--" + name, "'-' is standard output, which takes --json only",
+                       "Name a file");
     for (std::size_t i = 0; i < files.size(); ++i)
       if (same(files[i], file))
         throw UsageError("--" + name, fmt::format("'{}' is named by --{} too", file, named_by[i]),

@@ -41,6 +41,9 @@ TEST(ReportCommand, RefusesWhatItCannotShow) {
   EXPECT_EQ(outcome.code, 3);
   EXPECT_THAT(outcome.err, HasSubstr("neither a result nor a page"));
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "report_d.html"));
+  io::write_atomically(working_folder() / "empty.json", "{\"rows\": []}");
+  EXPECT_THAT(kinetostat("report empty.json -o report_d.html").err,
+              HasSubstr("neither a result nor a page"));
   // Writing it out again would take more stack than there is.
   const std::string deep(100'000, '[');
   io::write_atomically(working_folder() / "deep.json",
