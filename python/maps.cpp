@@ -30,6 +30,7 @@ struct MapValue {
   std::vector<vjm::MapPoint> points;
 
   report::Map map() const { return {robot.robot, list, indices, points}; }
+  std::string json() const { return io::to_text(report::to_json(map())); }
 };
 
 // With the beams in two and in four times the segments.
@@ -191,7 +192,9 @@ void add_maps(py::module_& module) {
                                return names;
                              })
       .def_property_readonly("shape", [](const MapValue& v) { return py::cast(v.list.shape); })
+      .def_property_readonly("result", [](const MapValue& v) { return values_of(v.json()); })
       .def("columns", &columns_of_map)
+      .def("to_json", &MapValue::json)
       .def("to_csv", [](const MapValue& v) { return csv(v.map()); })
       .def(
           "write",

@@ -133,8 +133,12 @@ class Robots(unittest.TestCase):
         grid, indices = "x=-60:60:3,y=-60:60:3,z=0", ["weakest-translation", "stiffness=1,1,1"]
         robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
         found = ks.map_poses(robot, grid, indices)
-        run(["map", robot.file, "--grid", grid, *(word for index in indices for word in ("--index", index)), "-o", self.path("map.csv"), "-q"])
+        run(["map", robot.file, "--grid", grid, *(word for index in indices for word in ("--index", index)), "-o", self.path("map.csv"),
+             "--json", self.path("map.json"), "-q"])
         self.assertEqual(self.path("map.csv").read_bytes(), found.to_csv().encode())
+        by_program = json.loads(self.path("map.json").read_bytes())
+        self.assertEqual(found.result, json.loads(found.to_json()))
+        self.assertEqual(found.result, {key: by_program[key] for key in found.result})
         frame = ks.frame_of(found)
         self.assertEqual((len(found), len(frame), found.shape[:3]), (9, 9, [3, 3, 1]))
         middle = frame[(frame.x == 0) & (frame.y == 0)].iloc[0]
