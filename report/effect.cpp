@@ -45,8 +45,9 @@ std::string unit_of(const vjm::EffectParameter& parameter, bool angular) {
   return dimension == spatial::dimension::none ? "" : spatial::to_string(dimension);
 }
 
-std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot) {
-  const auto places = vjm::effect_places(kind, robot.without_effects());
+std::string places_text(const std::shared_ptr<const vjm::EffectKind>& kind,
+                        const vjm::Robot& robot) {
+  const auto places = vjm::acting_places(kind, robot.without_effects());
   if (places.empty()) return fmt::format("'{}' has no place for it.\n", robot.name);
   return fmt::format("In '{}' it can act at: {}.\n", robot.name, fmt::join(places, ", "));
 }

@@ -49,12 +49,13 @@ std::array<bool, 6> chosen(const SimulationRequest& request) {
 }
 
 // The place may be left out where there is only one.
-std::string place_of(const SimulationRequest& request, std::size_t i, const vjm::EffectKind& kind,
+std::string place_of(const SimulationRequest& request, std::size_t i,
+                     const std::shared_ptr<const vjm::EffectKind>& kind,
                      const vjm::Manipulator& manipulator) {
   if (i < request.places.size()) return request.places[i];
-  const std::vector<std::string> places = vjm::effect_places(kind, manipulator);
+  const std::vector<std::string> places = vjm::acting_places(kind, manipulator);
   if (places.size() == 1) return places[0];
-  throw UsageError("--at", fmt::format("is missing for the effect '{}'", kind.name),
+  throw UsageError("--at", fmt::format("is missing for the effect '{}'", kind->name),
                    places.empty() ? "This robot has no place for it"
                                   : fmt::format("Choose among {}", fmt::join(places, ", ")));
 }
@@ -70,7 +71,7 @@ std::vector<vjm::Effect> hidden_effects(const SimulationRequest& request, const 
     try {
       const auto kind = vjm::effect_kind(request.effects[i], robot.kinds());
       const vjm::Manipulator& bare = robot.without_effects();
-      hidden.push_back(vjm::effect_from_words(kind->name, place_of(request, i, *kind, bare),
+      hidden.push_back(vjm::effect_from_words(kind->name, place_of(request, i, kind, bare),
                                               request.sizes[i], robot.kinds(), bare, robot.units));
     } catch (const std::invalid_argument& error) {
       throw UsageError("--effect", error.what(), "'kinetostat effect list ROBOT.yaml' names them");

@@ -34,7 +34,7 @@ io::Json list_effects(const EffectRequest& request, Run& run) {
   for (const auto& kind : kinds_of(robot)) {
     run.print_more(report::line(*kind));
     kinds.push_back(report::to_json(*kind));
-    if (robot) kinds.back()["places"] = vjm::effect_places(*kind, robot->without_effects());
+    if (robot) kinds.back()["places"] = vjm::acting_places(kind, robot->without_effects());
   }
   return {{"effects", kinds}};
 }
@@ -56,8 +56,8 @@ io::Json show_effect(const EffectRequest& request, Run& run) {
   run.print(report::text(*kind));
   io::Json json{{"effect", report::to_json(*kind)}};
   if (robot) {
-    run.print("\n" + report::places_text(*kind, *robot));
-    json["effect"]["places"] = vjm::effect_places(*kind, robot->without_effects());
+    run.print("\n" + report::places_text(kind, *robot));
+    json["effect"]["places"] = vjm::acting_places(kind, robot->without_effects());
   }
   return json;
 }

@@ -381,6 +381,32 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
   return with_effects(manipulator, effects, {}, no_history(effects));
 }
 
+std::vector<std::string> acting_places(const std::shared_ptr<const EffectKind>& kind,
+                                       const Manipulator& manipulator) {
+  const auto can_act = [&](const std::string& place) {
+    Effect effect{.kind = kind,
+                  .at = place,
+                  .sites = effect_sites(*kind, manipulator, place),
+                  .values = Eigen::VectorXd(static_cast<Eigen::Index>(kind->parameters.size()))};
+    Eigen::Index k = 0;
+    for (const EffectParameter& parameter : kind->parameters) {
+      const double usual = k == 0 || parameter.required
+                               ? parameter.none + prior_deviation(effect, k, manipulator)
+                               : parameter.none;
+      effect.values[k++] = std::clamp(usual, parameter.lower, parameter.upper);
+    }
+    try {
+      (void)with_effects(manipulator, {std::move(effect)});
+    } catch (const std::invalid_argument&) {
+      return false;
+    }
+    return true;
+  };
+  std::vector<std::string> places = effect_places(*kind, manipulator);
+  std::erase_if(places, [&](const std::string& place) { return !can_act(place); });
+  return places;
+}
+
 bool acts_under(const EffectKind& kind, const Conditions& conditions) {
   if (kind.place == EffectPlace::load && conditions.known_load) return false;
   return !kind.by_temperature || conditions.temperature;

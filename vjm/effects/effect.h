@@ -326,6 +326,10 @@ std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& 
                                      const std::string& name);
 /// The names that effect_sites knows.
 std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator& manipulator);
+/// Those of them at which it can act with values of its usual size: not a joint without a spring,
+/// say, where the law needs one.
+std::vector<std::string> acting_places(const std::shared_ptr<const EffectKind>& kind,
+                                       const Manipulator& manipulator);
 /// Prior standard deviation of a value [SI], where the manipulator has the effect. `scales`: what
 /// readings do to each joint; a usual load and travel where there are none.
 double prior_deviation(const Effect& effect, Eigen::Index value, const Manipulator& bare,

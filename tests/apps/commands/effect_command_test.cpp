@@ -1,4 +1,5 @@
 // The catalogue, effects of a robot file's own, and what they do to readings, as users meet them.
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -43,6 +44,15 @@ TEST(EffectCommand, ListsAndShowsEffectsOfTheRobotFile) {
   EXPECT_THAT(shown.out, HasSubstr("prior +- 60"));
   EXPECT_THAT(shown.out, HasSubstr("cell.q"));
   EXPECT_EQ(io::read_json(working_folder() / "shown.json")["effect"]["places"][0], "cell.q");
+  // Nothing between base and joint could expand, and an error of geometry can be at either end.
+  ASSERT_EQ(kinetostat("effect show thermal_expansion own.yaml -q --json expands.json").code, 0);
+  ASSERT_EQ(kinetostat("effect show geometric_error own.yaml -q --json misplaced.json").code, 0);
+  const auto has_base = [](const char* file) {
+    const auto places = io::read_json(working_folder() / file)["effect"]["places"];
+    return std::find(places.begin(), places.end(), "cell.base") != places.end();
+  };
+  EXPECT_FALSE(has_base("expands.json"));
+  EXPECT_TRUE(has_base("misplaced.json"));
   const Outcome unknown = kinetostat("effect show cable_drag -q");
   EXPECT_EQ(unknown.code, 2);
   EXPECT_THAT(unknown.err, HasSubstr("effect list ROBOT.yaml"));
