@@ -9,6 +9,7 @@
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/comparison/column_error.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/regression/datum_noise.h"
 #include "kinetostat/calibration/regression/undetermined.h"
@@ -355,7 +356,8 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   Comparison result;
   result.groups = static_cast<Eigen::Index>(evidence.groups.count);
   result.nominal = assessed(fit({}));
-  result.unit_error = unit_error(to_fit, result.nominal.fit.predicted);
+  result.unit_error =
+      unit_or_column_error(robot, to_fit, result.nominal.fit.predicted, threads, progress);
   if (std::optional<BaseFit> found = refit(robot, predictor, evidence, fit, progress, result))
     result.fitted = assessed(*std::move(found));
   add_missing_sensor(robot, to_fit, evidence.noise, threads, progress, result);

@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/calibration/campaign/replicates.h"
+#include "kinetostat/calibration/comparison/column_error.h"
 #include "kinetostat/calibration/comparison/missing_sensor.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/diagnosis/decision.h"
@@ -372,7 +373,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.without_place = kinds_without_place(robot, options.kinds, base.scales());
   d.held_out = base.search().groups().what;
   const BaseFit nominal = fit_base(fitter.predictor(), base.campaign(), noise, {}, progress);
-  d.unit_error = unit_error(base.campaign(), nominal.predicted);
+  d.unit_error = unit_or_column_error(robot, base.campaign(), nominal.predicted, threads, progress);
   const std::vector<Candidate> like_the_fit = refutes_nominal(nominal, fit)
                                                   ? base.search().like_the_fit(nominal, fit)
                                                   : std::vector<Candidate>();

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/comparison/column_error.h"
 #include "kinetostat/calibration/kinematics/generic_poses.h"
 #include "kinetostat/calibration/kinematics/pose_error.h"
 #include "kinetostat/calibration/regression/held_out.h"
@@ -105,6 +106,7 @@ class Calibration {
 
   KinematicCalibration run() {
     nominal_ = fit({}, noise_, {});
+    require_columns();
     values_ = values_in_use(campaign_);
     choose();
     settle();
@@ -142,6 +144,7 @@ class Calibration {
   void choose();
   void settle();
   void leave_out(const LeftOutColumn& column, const std::vector<Index>& of, LeftOut why);
+  void require_columns() const;
   void require_geometry() const;
   void require_errors(const BaseFit& fit, const MatrixXd& nuisance, const MatrixXd& columns) const;
   /// Prior precision over the tolerance, and how many of these are geometry: the first.
@@ -306,6 +309,13 @@ void Calibration::require_geometry() const {
           : fmt::format("these {} values determine no geometric parameter to its tolerance",
                         values_.size()),
       wanted));
+}
+
+// Errors of the geometry would take the place of a sign.
+void Calibration::require_columns() const {
+  const std::string slip = column_error(robot_, campaign_, nominal_.predicted, threads_, progress_);
+  if (!slip.empty())
+    throw common::NotIdentifiable(fmt::format("{}: {}", whole_.file.string(), slip));
 }
 
 // A bound that readings press against, whatever else they leave, is no matter of noise.

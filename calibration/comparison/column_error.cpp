@@ -1,0 +1,342 @@
+#include "kinetostat/calibration/comparison/column_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/calibration/comparison/unit_error.h"
+#include "kinetostat/calibration/regression/predict.h"
+#include "kinetostat/calibration/regression/session_frame.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/spatial/rotation.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using spatial::Matrix3;
+using spatial::Vector3;
+
+constexpr double most_left = 0.2;           // of the variation, by a slip that is believed
+constexpr double better = 1. / 3;           // so much is left at most of what was left without it
+constexpr double least_of_a_column = 0.03;  // of the variation, to be believed
+constexpr std::size_t fewest_readings = 6;
+constexpr std::array axis_names = {'x', 'y', 'z'};
+
+// What is read and predicted of the platform's position, by session, about the means.
+struct Translations {
+  std::vector<Vector3> measured, predicted;
+  std::vector<std::size_t> sessions;
+  std::array<bool, 3> is_read{};
+
+  Translations(const Campaign& campaign, const std::vector<Eigen::VectorXd>& all) {
+    for (const Reading& reading : campaign.readings)
+      for (Index k = 0; k < 3; ++k) is_read[static_cast<std::size_t>(k)] |= reading.uses(k);
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      const Reading& reading = campaign.readings[i];
+      Vector3 m = Vector3::Zero(), p = Vector3::Zero();
+      bool whole = true;
+      for (Index k = 0; k < 3; ++k) {
+        if (!is_read[static_cast<std::size_t>(k)]) continue;
+        whole = whole && reading.uses(k);
+        m[k] = reading.displacement[k];
+        p[k] = all[i][k];
+      }
+      if (!whole) continue;
+      measured.push_back(m);
+      predicted.push_back(p);
+      sessions.push_back(reading.session);
+    }
+    center(measured);
+    center(predicted);
+  }
+
+  std::size_t axes() const {
+    return static_cast<std::size_t>(std::count(is_read.begin(), is_read.end(), true));
+  }
+
+ private:
+  void center(std::vector<Vector3>& values) const {
+    const std::size_t count =
+        sessions.empty() ? 0 : *std::max_element(sessions.begin(), sessions.end()) + 1;
+    std::vector<std::pair<Vector3, double>> sums(count, {Vector3::Zero(), 0});
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      sums[sessions[i]].first += values[i];
+      ++sums[sessions[i]].second;
+    }
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] -= sums[sessions[i]].first / sums[sessions[i]].second;
+  }
+};
+
+// Sum of m p' over the readings.
+Matrix3 moments(const std::vector<Vector3>& m, const std::vector<Vector3>& p) {
+  Matrix3 sum = Matrix3::Zero();
+  for (std::size_t i = 0; i < m.size(); ++i) sum += m[i] * p[i].transpose();
+  return sum;
+}
+
+// Share of the variation that the predictions leave beside a common factor.
+double left(double product, double measured, double predicted) {
+  if (!(product > 0)) return 1;
+  return 1 - product * product / (measured * predicted);
+}
+
+// The same where each session has a frame of its own.
+double left_beside_frames(const Translations& t) {
+  double rest = 0, all = 0;
+  for (std::size_t s = 0; s < t.sessions.size(); ++s) {
+    if (std::find(t.sessions.begin(), t.sessions.begin() + static_cast<std::ptrdiff_t>(s),
+                  t.sessions[s]) != t.sessions.begin() + static_cast<std::ptrdiff_t>(s))
+      continue;
+    std::vector<Vector3> predicted, measured;
+    for (std::size_t i = s; i < t.sessions.size(); ++i) {
+      if (t.sessions[i] != t.sessions[s]) continue;
+      predicted.push_back(t.predicted[i]);
+      measured.push_back(t.measured[i]);
+    }
+    const spatial::Vector6 frame = frame_between(predicted, measured);
+    const Matrix3 turn = spatial::exp_rotation(frame.tail<3>());
+    for (std::size_t i = 0; i < predicted.size(); ++i) {
+      rest += (measured[i] - frame.head<3>() - turn * predicted[i]).squaredNorm();
+      all += measured[i].squaredNorm();
+    }
+  }
+  return all > 0 ? rest / all : 1;
+}
+
+double left(const Campaign& campaign, const Translations& t) {
+  if (campaign.session_frame == SessionFrame::estimated) return left_beside_frames(t);
+  return left(moments(t.measured, t.predicted).trace(), moments(t.measured, t.measured).trace(),
+              moments(t.predicted, t.predicted).trace());
+}
+
+struct Slip {
+  std::string phrase;
+  double left = std::numeric_limits<double>::infinity();
+};
+
+void take_better(Slip slip, Slip& best) {
+  if (slip.left < best.left) best = std::move(slip);
+}
+
+// "'dx' is '-dy'" for an axis j of readings that is axis `of` of the predictions.
+struct SignedAxes {
+  std::array<Index, 3> of = {0, 1, 2};
+  std::array<double, 3> sign = {1, 1, 1};
+
+  bool moves(Index j) const {
+    return of[static_cast<std::size_t>(j)] != j || sign[static_cast<std::size_t>(j)] < 0;
+  }
+  int moved() const { return int{moves(0)} + int{moves(1)} + int{moves(2)}; }
+  std::string phrase(const char* prefix) const {
+    std::vector<std::string> parts;
+    for (Index j = 0; j < 3; ++j) {
+      if (!moves(j)) continue;
+      const auto k = static_cast<std::size_t>(j);
+      parts.push_back(fmt::format("'{0}{1}' is {2}{0}{3}", prefix, axis_names[k],
+                                  sign[k] < 0 ? "-" : "",
+                                  axis_names[static_cast<std::size_t>(of[k])]));
+    }
+    return fmt::format("{}", fmt::join(parts, " and "));
+  }
+};
+
+// All orders and signs of the axes that are read, those that move the fewest first; but for all as
+// they are, and all reversed, which unit_error() is about.
+std::vector<SignedAxes> signed_axes(const std::array<bool, 3>& is_read) {
+  std::vector<SignedAxes> all;
+  SignedAxes one;
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      bool possible = true;
+      for (std::size_t j = 0; j < 3; ++j) {
+        one.sign[j] = (signs >> j & 1) != 0 ? -1 : 1;
+        possible = possible && (is_read[j] || !one.moves(static_cast<Index>(j)));
+      }
+      const bool reversed = one.of == SignedAxes().of &&
+                            std::equal(one.sign.begin(), one.sign.end(), is_read.begin(),
+                                       [](double sign, bool read) { return (sign < 0) == read; });
+      if (possible && !reversed && one.moved() > 0) all.push_back(one);
+    }
+  } while (std::next_permutation(one.of.begin(), one.of.end()));
+  std::stable_sort(all.begin(), all.end(),
+                   [](const SignedAxes& a, const SignedAxes& b) { return a.moved() < b.moved(); });
+  return all;
+}
+
+// Columns of the displacement. An axis is believed to be moved where it makes up some of what is
+// read and predicted, follows that pattern, and has one that no other axis has.
+void try_readings(const Translations& t, Slip& best) {
+  const Matrix3 mp = moments(t.measured, t.predicted), mm = moments(t.measured, t.measured),
+                pp = moments(t.predicted, t.predicted);
+  const auto follows = [](double product, double a, double b) {
+    constexpr double same = 0.9;
+    return a > 0 && b > 0 && product > same * std::sqrt(a * b);
+  };
+  const auto is_believed = [&](const SignedAxes& axes, Index j) {
+    const auto n = static_cast<std::size_t>(j);
+    const Index k = axes.of[n];
+    if (mm(j, j) < least_of_a_column * mm.trace() || pp(k, k) < least_of_a_column * pp.trace())
+      return false;
+    for (Index other = 0; other < 3; ++other)
+      if (other != k && follows(std::abs(pp(k, other)), pp(k, k), pp(other, other))) return false;
+    return follows(axes.sign[n] * mp(j, k), mm(j, j), pp(k, k));
+  };
+  for (const SignedAxes& axes : signed_axes(t.is_read)) {
+    double product = 0;
+    bool believed = true;
+    for (Index j = 0; j < 3; ++j) {
+      const auto n = static_cast<std::size_t>(j);
+      product += axes.sign[n] * mp(j, axes.of[n]);
+      believed = believed && (!axes.moves(j) || is_believed(axes, j));
+    }
+    if (believed) take_better({axes.phrase("d"), left(product, mm.trace(), pp.trace())}, best);
+  }
+}
+
+// Left-handed axes, which no frame makes up for.
+void try_mirrored(const Translations& t, Slip& best) {
+  if (t.axes() < 3) return;
+  Translations mirrored = t;
+  for (Vector3& m : mirrored.measured) m.z() = -m.z();
+  take_better({"the axes of the instrument are left-handed: one of 'dx', 'dy' and 'dz' has the "
+               "wrong sign, or two are exchanged",
+               left_beside_frames(mirrored)},
+              best);
+}
+
+// A campaign that is changed, and what is left of it beside predictions of its own.
+class Trial {
+ public:
+  Trial(const vjm::Robot& robot, const Campaign& campaign, int threads, common::Progress& progress)
+      : robot_(robot), campaign_(campaign), threads_(threads), progress_(progress) {}
+
+  void run(std::string phrase, const std::function<void(Campaign&)>& change, Slip& best) const {
+    Campaign changed = campaign_;
+    change(changed);
+    try {
+      const Predictor predictor(robot_.without_effects(), robot_.effects, changed, threads_,
+                                progress_);
+      const Predictions predictions = predictor.predict({}, {}, false, progress_);
+      if (predictions.failure) return;
+      take_better({std::move(phrase), left(changed, {changed, predictions.displacement})}, best);
+    } catch (const common::InputError&) {
+      return;  // a posture that cannot be reached: it is not that
+    }
+  }
+
+ private:
+  const vjm::Robot& robot_;
+  const Campaign& campaign_;
+  int threads_;
+  common::Progress& progress_;
+};
+
+void try_forces(const Trial& trial, const Campaign& campaign, Slip& best) {
+  std::array<bool, 3> acts{};
+  for (const Reading& reading : campaign.readings) {
+    if (reading.known_load) return;  // weights hang down
+    for (Index k = 0; k < 3; ++k) acts[static_cast<std::size_t>(k)] |= reading.load.force[k] != 0;
+  }
+  if (campaign.control || std::count(acts.begin(), acts.end(), true) < 2) return;
+  for (const SignedAxes& axes : signed_axes(acts)) {
+    if (axes.moved() > 2) continue;
+    trial.run(
+        axes.phrase("f"),
+        [&axes](Campaign& changed) {
+          for (Reading& reading : changed.readings) {
+            const Vector3 read = reading.load.force;
+            for (Index j = 0; j < 3; ++j) {
+              const auto n = static_cast<std::size_t>(j);
+              reading.load.force[axes.of[n]] = axes.sign[n] * read[j];
+            }
+          }
+        },
+        best);
+  }
+}
+
+void change_joint(Campaign& campaign, const std::string& joint,
+                  const std::function<double(double)>& change) {
+  for (Configuration& configuration : campaign.configurations)
+    if (const auto found = configuration.joints.find(joint); found != configuration.joints.end())
+      found->second = change(found->second);
+}
+
+// In a few postures another one may do as well by chance.
+void try_joints(const Trial& trial, const Campaign& campaign, Slip& best) {
+  constexpr std::size_t fewest_postures = 5;
+  if (campaign.configurations.size() < fewest_postures) return;
+  std::vector<std::string> turning;
+  for (const auto& [joint, in_table] : campaign.joint_columns) {
+    const std::string column = in_table.column;
+    const auto with = [&, joint = joint](const std::string& phrase,
+                                         const std::function<double(double)>& change) {
+      trial.run(
+          phrase, [&](Campaign& changed) { change_joint(changed, joint, change); }, best);
+    };
+    with(fmt::format("'{}' counts the other way", column), [](double q) { return -q; });
+    if (!in_table.turns) continue;
+    turning.push_back(joint);
+    for (const int zero : {90, -90, 180})
+      with(fmt::format("'{}' has its zero {} deg elsewhere", column, std::abs(zero)),
+           [zero](double q) { return q + zero * M_PI / 180; });
+  }
+  for (const auto& [factor, phrase] :
+       {std::pair{180 / M_PI, "the joints are in rad"}, {M_PI / 180, "the joints are in deg"}})
+    if (!turning.empty())
+      trial.run(
+          phrase,
+          [&turning, factor = factor](Campaign& changed) {
+            for (const std::string& joint : turning)
+              change_joint(changed, joint, [factor](double q) { return factor * q; });
+          },
+          best);
+}
+
+}  // namespace
+
+std::string column_error(const vjm::Robot& robot, const Campaign& campaign,
+                         const std::vector<Eigen::VectorXd>& predicted, int threads,
+                         common::Progress& progress) {
+  if (!campaign.reads_platform()) return {};
+  const Translations as_given(campaign, predicted);
+  if (as_given.measured.size() < fewest_readings) return {};
+  const double before = left(campaign, as_given);
+  // A posture that is another one shows even where little is left of long ways.
+  constexpr double nothing_to_explain = 1e-4;
+  if (before < nothing_to_explain) return {};
+  Slip best;
+  if (campaign.session_frame == SessionFrame::estimated)
+    try_mirrored(as_given, best);
+  else
+    try_readings(as_given, best);
+  const Trial trial(robot, campaign, threads, progress);
+  const bool is_absolute = campaign.displacement == DisplacementKind::absolute;
+  constexpr double worth_a_trial = 0.1;
+  if (!is_absolute && before > worth_a_trial) try_forces(trial, campaign, best);
+  if (is_absolute || before > worth_a_trial) try_joints(trial, campaign, best);
+  if (best.left > most_left || best.left > better * before) return {};
+  return fmt::format(
+      "The readings lie as predicted if {}: that leaves {:.2g} % of what they vary by, the files "
+      "as they are {:.2g} %. Check the order, signs and units of the columns, and the axes of the "
+      "robot and of 'frames'.",
+      best.phrase, 100 * best.left, 100 * before);
+}
+
+std::string unit_or_column_error(const vjm::Robot& robot, const Campaign& campaign,
+                                 const std::vector<Eigen::VectorXd>& predicted, int threads,
+                                 common::Progress& progress) {
+  const std::string slip = unit_error(campaign, predicted);
+  return slip.empty() ? column_error(robot, campaign, predicted, threads, progress) : slip;
+}
+
+}  // namespace kinetostat::calibration
