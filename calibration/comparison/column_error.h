@@ -1,4 +1,5 @@
-// Readings whose columns are not what their names say: signs, exchanged axes, zeros of joints.
+// Readings whose columns are not what their names say: signs, exchanged axes, zero offsets
+// of joints.
 #pragma once
 
 #include <string>
@@ -10,7 +11,7 @@
 
 namespace kinetostat::calibration {
 
-/// Sentence about one slip in the columns of a campaign that would make most of its misfit: axes of
+/// Sentence about one column error of a campaign that would make most of its misfit: axes of
 /// the displacement or of the force with another sign or in another order, a joint that counts the
 /// other way or from another zero, joints in other units. Empty where none leaves less than a third
 /// of what the readings vary by beside the predictions, up to a common factor, or where that is

@@ -82,7 +82,7 @@ TEST(ColumnError, AnAxisOfTheReadingsIsNamed) {
     reading.displacement[1] *= -1;
   }
   EXPECT_THAT(laboratory.slip(turned), HasSubstr("if 'dx' is dy and 'dy' is -dx:"));
-  // What cannot be told from the columns that are right is all that is left.
+  // No effect stands beside it.
   const Diagnosis d = laboratory.diagnose(reversed, {"friction", "base_compliance"});
   EXPECT_EQ(d.verdict, Verdict::unexplained);
   EXPECT_THAT(d.unit_error, HasSubstr("'dy' is -dy"));
@@ -133,7 +133,7 @@ TEST(ColumnError, IsSeenInPosesWithAFrameOfTheirOwn) {
   EXPECT_THAT(laboratory.slip(mirrored), HasSubstr("left-handed"));
 }
 
-// Stiffnesses that are wrong, a soft base, play: nothing of that is a slip in the columns.
+// Stiffnesses that are wrong, a soft base, play: nothing of that is a column error.
 TEST(ColumnError, IsNoPhysicalEffect) {
   const std::vector<std::array<const char*, 3>> hidden = {
       {"base_compliance", "arm.base", "rotation=2e-6 rad/(N m)"},
