@@ -213,11 +213,22 @@ void try_mirrored(const Translations& t, Slip& best) {
               best);
 }
 
+// Some of its readings, which are enough to see a pattern.
+Campaign thinned(const Campaign& campaign) {
+  constexpr std::size_t enough = 400;
+  const std::size_t stride = 1 + (campaign.readings.size() - 1) / enough;
+  Campaign thin = campaign;
+  thin.readings.clear();
+  for (std::size_t i = 0; i < campaign.readings.size(); i += stride)
+    thin.readings.push_back(campaign.readings[i]);
+  return thin;
+}
+
 // A campaign that is changed, and what is left of it beside predictions of its own.
 class Trial {
  public:
   Trial(const vjm::Robot& robot, const Campaign& campaign, int threads, common::Progress& progress)
-      : robot_(robot), campaign_(campaign), threads_(threads), progress_(progress) {}
+      : robot_(robot), campaign_(thinned(campaign)), threads_(threads), progress_(progress) {}
 
   void run(std::string phrase, const std::function<void(Campaign&)>& change, Slip& best) const {
     Campaign changed = campaign_;
@@ -235,7 +246,7 @@ class Trial {
 
  private:
   const vjm::Robot& robot_;
-  const Campaign& campaign_;
+  Campaign campaign_;
   int threads_;
   common::Progress& progress_;
 };
@@ -246,7 +257,7 @@ void try_forces(const Trial& trial, const Campaign& campaign, Slip& best) {
     if (reading.known_load) return;  // weights hang down
     for (Index k = 0; k < 3; ++k) acts[static_cast<std::size_t>(k)] |= reading.load.force[k] != 0;
   }
-  if (campaign.control || std::count(acts.begin(), acts.end(), true) < 2) return;
+  if (std::count(acts.begin(), acts.end(), true) < 2) return;
   for (const SignedAxes& axes : signed_axes(acts)) {
     if (axes.moved() > 2) continue;
     trial.run(
@@ -307,7 +318,7 @@ void try_joints(const Trial& trial, const Campaign& campaign, Slip& best) {
 std::string column_error(const vjm::Robot& robot, const Campaign& campaign,
                          const std::vector<Eigen::VectorXd>& predicted, int threads,
                          common::Progress& progress) {
-  if (!campaign.reads_platform()) return {};
+  if (!campaign.reads_platform() || campaign.control) return {};
   const Translations as_given(campaign, predicted);
   if (as_given.measured.size() < fewest_readings) return {};
   const double before = left(campaign, as_given);
