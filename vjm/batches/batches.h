@@ -19,7 +19,8 @@ std::vector<PostureResult> postures_at(const Manipulator& manipulator,
                                        const std::vector<spatial::Pose>& targets,
                                        const PostureOptions& options = {});
 
-/// unloaded_stiffness_matrix() of many postures: four at a time where the chains allow it.
+/// unloaded_stiffness_matrix() of many postures: four at a time where the chains allow it and no
+/// joint has a law.
 std::vector<std::optional<spatial::Stiffness6>> unloaded_stiffness_matrices(
     const Manipulator& manipulator, const std::vector<Posture>& postures);
 

@@ -194,9 +194,12 @@ std::vector<std::optional<spatial::Stiffness6>> unloaded_stiffness_matrices(
   if (manipulator.has_errors())
     return unloaded_stiffness_matrices(manipulator.without_errors(), postures);
   std::vector<std::optional<spatial::Stiffness6>> results(postures.size());
-  const std::vector<RelaxedChain> chains = manipulator.is_parallel()
-                                               ? relaxed_chains(manipulator.chains())
-                                               : std::vector<RelaxedChain>();
+  const auto& all = manipulator.chains();
+  // What laws of joints add depends on where those stand.
+  const bool is_linear =
+      std::all_of(all.begin(), all.end(), [](const Chain& chain) { return chain.laws().empty(); });
+  const std::vector<RelaxedChain> chains =
+      manipulator.is_parallel() && is_linear ? relaxed_chains(all) : std::vector<RelaxedChain>();
   for (std::size_t first = 0; first < postures.size(); first += lane_count) {
     Matrix6Lanes sum;
     for (int k = 0; k < 36; ++k) sum.data()[k] = 0.0;

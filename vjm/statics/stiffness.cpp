@@ -4,11 +4,13 @@
 #include <Eigen/QR>
 
 #include "kinetostat/spatial/decomposition.h"
+#include "kinetostat/vjm/chain/relaxed_stiffness.h"
 #include "kinetostat/vjm/statics/newton_matrix.h"
 
 namespace kinetostat::vjm {
 namespace {
 
+using Eigen::MatrixXd;
 using spatial::Matrix6;
 using spatial::Stiffness6;
 using spatial::Vector6;
@@ -19,23 +21,34 @@ double length_of(const ChainKinematics& kinematics) {
   return kinematics.reach > 0 ? kinematics.reach : 1.0;
 }
 
-bool has_spring(const Chain& chain, Eigen::Index coordinate) {
-  return chain.stiffness()(coordinate, coordinate) != 0;
-}
-
 // Six rows in place: chain after chain and pose after pose asks for no memory.
 constexpr int most_columns = 12;
 using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, most_columns>;
 using Basis = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6>;
 
-// Twists that perfect passive joints allow, rotations scaled to lengths, or a basis of them.
-Columns passive_jacobian(const Chain& chain, const ChainKinematics& kinematics,
+// A chain with how stiff its coordinates are: its springs alone, or with what laws of joints add.
+struct SprungChain {
+  const Chain& chain;
+  const MatrixXd& stiffness;
+
+  // A perfect passive joint, or a spring that a law takes away.
+  bool is_free(Eigen::Index k) const {
+    return stiffness(k, k) == 0 &&
+           (chain.coordinates()[static_cast<std::size_t>(k)].role == Role::passive ||
+            chain.stiffness()(k, k) != 0);
+  }
+  // A law without a spring beside it.
+  bool is_law_alone(Eigen::Index k) const {
+    return stiffness(k, k) != 0 && chain.stiffness()(k, k) == 0;
+  }
+};
+
+// Twists that free joints allow, rotations scaled to lengths, or a basis of them.
+Columns passive_jacobian(const SprungChain& sprung, const ChainKinematics& kinematics,
                          const Vector6& scale) {
   Columns passive(6, 0);
-  for (Eigen::Index k = 0; k < chain.size(); ++k) {
-    if (chain.coordinates()[static_cast<std::size_t>(k)].role != Role::passive ||
-        has_spring(chain, k))
-      continue;
+  for (Eigen::Index k = 0; k < sprung.chain.size(); ++k) {
+    if (!sprung.is_free(k)) continue;
     const Vector6 column = scale.cwiseProduct(kinematics.jacobian.col(k));
     // A unit column keeps the rank decision independent of how far away the joint is.
     const double norm = column.norm();
@@ -69,21 +82,29 @@ Matrix6 felt_through(const Matrix6& jacobian, const Matrix6& stiffness) {
 }
 
 // Compliance of the springs felt at the end, J_s K_s^-1 J_s'.
-Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
+Matrix6 spring_compliance(const SprungChain& sprung, const ChainKinematics& kinematics,
                           const Vector6& scale) {
   Matrix6 compliance = Matrix6::Zero();
-  for (const Spring& spring : chain.springs()) {
+  const auto add_joint = [&](Eigen::Index k) {
+    if (sprung.stiffness(k, k) == 0) return;
+    const Vector6 column = scale.cwiseProduct(kinematics.jacobian.col(k));
+    compliance.noalias() += column * (column / sprung.stiffness(k, k)).transpose();
+  };
+  for (const Spring& spring : sprung.chain.springs()) {
     const Eigen::Index n = spring.stiffness.rows();
-    const Basis jacobian = scale.asDiagonal() * kinematics.jacobian.middleCols(spring.first, n);
     if (n == 1) {
-      const Vector6 column = jacobian.col(0);
-      compliance.noalias() += column * (column / spring.stiffness(0, 0)).transpose();
-    } else if (n == 6) {
-      compliance += felt_through(jacobian, spring.stiffness);
-    } else {
-      compliance += jacobian * spring.stiffness.llt().solve(jacobian.transpose());
+      add_joint(spring.first);
+      continue;
     }
+    const Basis jacobian = scale.asDiagonal() * kinematics.jacobian.middleCols(spring.first, n);
+    const auto stiffness = sprung.stiffness.block(spring.first, spring.first, n, n);
+    if (n == 6)
+      compliance += felt_through(jacobian, stiffness);
+    else
+      compliance += jacobian * stiffness.llt().solve(jacobian.transpose());
   }
+  for (Eigen::Index k = 0; k < sprung.chain.size(); ++k)
+    if (sprung.is_law_alone(k)) add_joint(k);
   return compliance;
 }
 
@@ -109,19 +130,18 @@ void add_from_equations(const Manipulator& manipulator, const Posture& posture,
   if (result.free.rank < 6) return;
   result.compliance = spatial::Compliance6(symmetric(compliance), frame);
   result.rigid = rigid_wrenches(*result.compliance, result.length);
+  if (result.rigid.rank == 6) result.stiffness = result.compliance->inverse();
 }
 
-}  // namespace
-
-std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
+std::optional<Stiffness6> unloaded_stiffness(const SprungChain& sprung,
                                              const ChainKinematics& kinematics) {
   const spatial::Frame frame{kinematics.end.position()};
   const Vector6 scale = Scale{.length = length_of(kinematics)}.twist();
 
-  const Basis basis = transmitted_wrenches(passive_jacobian(chain, kinematics, scale));
+  const Basis basis = transmitted_wrenches(passive_jacobian(sprung, kinematics, scale));
   if (basis.cols() == 0) return Stiffness6(Matrix6::Zero(), frame);
 
-  const Matrix6 compliance = spring_compliance(chain, kinematics, scale);
+  const Matrix6 compliance = spring_compliance(sprung, kinematics, scale);
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
   const Basis felt = compliance.lazyProduct(basis);
   const Small reduced = basis.transpose().lazyProduct(felt);
@@ -134,6 +154,23 @@ std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
   return Stiffness6(0.5 * (matrix + matrix.transpose()), frame);
 }
 
+// Laws of joints as they are in the posture.
+std::optional<Stiffness6> relaxed_stiffness_of(const Manipulator& manipulator,
+                                               const Posture& posture, std::size_t c,
+                                               const ChainKinematics& kinematics) {
+  const Chain& chain = manipulator.chains()[c];
+  if (chain.laws().empty()) return unloaded_stiffness(chain, kinematics);
+  const MatrixXd stiffness = relaxed_stiffness(chain, posture.coordinates_of(chain, c));
+  return unloaded_stiffness(SprungChain{chain, stiffness}, kinematics);
+}
+
+}  // namespace
+
+std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
+                                             const ChainKinematics& kinematics) {
+  return unloaded_stiffness(SprungChain{chain, chain.stiffness()}, kinematics);
+}
+
 std::optional<Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
                                                     const Posture& posture) {
   if (manipulator.has_errors())
@@ -143,8 +180,8 @@ std::optional<Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulat
   Matrix6 sum = Matrix6::Zero();
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics);
-    const auto chain = unloaded_stiffness(manipulator.chains()[c], kinematics);
-    if (!chain) return std::nullopt;
+    const auto chain = relaxed_stiffness_of(manipulator, posture, c, kinematics);
+    if (!chain) return unloaded_stiffness(manipulator, posture).stiffness;
     sum += chain->matrix();
   }
   return Stiffness6(sum, {posture.platform.position()});
@@ -162,7 +199,7 @@ UnloadedStiffness unloaded_stiffness(const Manipulator& manipulator, const Postu
     evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics,
              posture.body(manipulator.span(c).from));
     reach = std::max(reach, kinematics.reach);
-    result.per_chain.push_back(unloaded_stiffness(manipulator.chains()[c], kinematics));
+    result.per_chain.push_back(relaxed_stiffness_of(manipulator, posture, c, kinematics));
     rigid |= !result.per_chain.back();
     if (result.per_chain.back()) sum += result.per_chain.back()->matrix();
   }

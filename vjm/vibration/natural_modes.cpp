@@ -8,6 +8,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/particles.h"
+#include "kinetostat/vjm/chain/relaxed_stiffness.h"
 #include "kinetostat/vjm/statics/equilibrium_residuals.h"
 #include "kinetostat/vjm/statics/equilibrium_state.h"
 #include "kinetostat/vjm/statics/equilibrium_tangent.h"
@@ -71,11 +72,8 @@ class System {
     MatrixXd stiffness = MatrixXd::Zero(size_, size_);
     for (std::size_t c = 0; c < chains().size(); ++c) {
       const Chain& chain = chains()[c];
-      stiffness.block(first_[c], first_[c], chain.size(), chain.size()) = chain.stiffness();
-      const VectorXd x = posture_.coordinates_of(chain, c), relaxed = VectorXd::Zero(chain.size());
-      for (const auto& [k, law] : chain.laws())
-        stiffness(first_[c] + k, first_[c] + k) +=
-            chain.value_of(k, *law, x, relaxed, relaxed).tangent;
+      stiffness.block(first_[c], first_[c], chain.size(), chain.size()) =
+          relaxed_stiffness(chain, posture_.coordinates_of(chain, c));
     }
     for (const ElasticBody& body : manipulator_.elastic_bodies()) {
       const std::vector<Index> places = places_of(body);

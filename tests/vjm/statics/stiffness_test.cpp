@@ -1,16 +1,21 @@
 #include "kinetostat/vjm/statics/stiffness.h"
 
 #include <cmath>
+#include <fstream>
+#include <string>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/batches/batches.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
 
 #include "vjm/random_chain.h"
+#include "vjm/robot_text.h"
 
 namespace kinetostat::vjm::stiffness_test {
 namespace {
@@ -255,6 +260,80 @@ TEST(UnloadedStiffness, DoesNotDependOnWhereTheBaseFrameIs) {
   // The same spring seen in axes that moved with the base.
   const Matrix6 turned = kb.in({kb.frame().point, moved.rotation()}).matrix();
   EXPECT_LT((turned - ka.matrix()).norm(), 1e-11 * ka.matrix().norm());
+}
+
+// A screw whose compliance doubles over 400 mm: in a chain with as many springs as it needs, and in
+// one with fewer.
+TEST(UnloadedStiffness, LawsOfJointsCountAsTheyStand) {
+  const std::string chain = R"(
+    - actuator: {name: y, axis: Ty, stiffness: {at: [0, 400], is: [90 N/um, 45 N/um]}}
+    - actuator: {name: x, axis: Tx, stiffness: 8 N/um}
+)";
+  const std::string links = R"(links: {rod: {beam: {length: 200, section: {circle: {diameter: 40}},
+  material: {E: 210 GPa, G: 80 GPa}}}}
+)";
+  for (const bool has_link : {false, true}) {
+    const Robot robot =
+        robot_from("kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n" +
+                   (has_link ? links : "") + "chain_types:\n  c:" + chain +
+                   (has_link ? "    - link: rod\n" : "") + "manipulator: {chain: c}\n");
+    const auto compliance_along_y = [&](double y) {
+      const Posture at = posture_from_joints(robot.manipulator, {{"y", y}}).posture;
+      const UnloadedStiffness unloaded = unloaded_stiffness(robot.manipulator, at);
+      const double alone = unloaded.compliance->matrix()(1, 1);
+      if (!has_link) return alone;
+      const auto many = unloaded_stiffness_matrices(robot.manipulator, {at});
+      EXPECT_NEAR(many[0]->inverse().matrix()(1, 1), alone, 1e-9 * alone);
+      return alone;
+    };
+    for (const double y : {0.1, 0.4})
+      EXPECT_NEAR(compliance_along_y(y) - compliance_along_y(0), y / 0.4 * (1 / 45e6 - 1 / 90e6),
+                  1e-15);
+  }
+}
+
+// The tangent of the equilibrium under next to no load.
+TEST(UnloadedStiffness, IsWhereLoadsStart) {
+  for (const char* effect : {"{effect: clearance, at: c.y, gap: 20 um}",
+                             "{effect: hardening, at: c.y, k3: 1e17 N/m^3}"}) {
+    const Robot robot = robot_from(
+        std::string("kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
+                    "links: {rod: {beam: {length: 200, section: {circle: {diameter: 40}}, "
+                    "material: {E: 210 GPa, G: 80 GPa}}}}\nchain_types:\n  c:\n"
+                    "    - actuator: {name: y, axis: Ty, stiffness: 50 N/um}\n    - link: rod\n"
+                    "manipulator: {chain: c}\neffects: [") +
+        effect + "]\n");
+    const Posture home = posture_from_joints(robot.manipulator, {}).posture;
+    const Equilibrium loaded =
+        equilibrium_under_load(robot.manipulator, home, {.force = {0, 1e-9, 0}});
+    const Matrix6 expected = loaded.stiffness->matrix();
+    EXPECT_LT((unloaded_stiffness(robot.manipulator, home).stiffness->matrix() - expected).norm(),
+              1e-6 * expected.norm())
+        << effect;
+    EXPECT_LT(
+        (unloaded_stiffness_matrices(robot.manipulator, {home})[0]->matrix() - expected).norm(),
+        1e-6 * expected.norm())
+        << effect;
+  }
+}
+
+// Arms that are rigid but for their drives, rods that yield: nothing of the platform is rigid.
+TEST(UnloadedStiffness, RigidArmsLeaveAStiffness) {
+  std::ifstream file(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/delta.yaml");
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t arm = text.find("\n  arm: {beam");
+  ASSERT_NE(arm, std::string::npos);
+  text.replace(arm, text.find('\n', arm + 1) - arm, "\n  arm: {rigid: [300, 0, 0]}");
+  const Robot delta = robot_from(text);
+  const Posture home = posture_from_joints(delta.manipulator, {}).posture;
+  const UnloadedStiffness unloaded = unloaded_stiffness(delta.manipulator, home);
+  ASSERT_TRUE(unloaded.stiffness && unloaded.compliance);
+  EXPECT_EQ(unloaded.rigid.rank, 6);
+  EXPECT_LT(
+      (unloaded.stiffness->matrix() * unloaded.compliance->matrix() - Matrix6::Identity()).norm(),
+      1e-6);
+  EXPECT_EQ(unloaded_stiffness_matrix(delta.manipulator, home)->matrix(),
+            unloaded.stiffness->matrix());
 }
 
 }  // namespace
