@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -65,11 +66,14 @@ void read_stiffness(const std::vector<DescribedJoint>& drives, const std::string
                      "Give one for all, one for each from base to tip, or NAME=VALUE");
   for (std::size_t d = 0; !by_name && d < drives.size(); ++d)
     result[drives[d].name] = stiffness_of(drives[d], parts[parts.size() == 1 ? 0 : d]);
+  std::set<std::string> named;
   for (std::size_t p = 0; by_name && p < parts.size(); ++p) {
     const std::size_t sign = parts[p].find('=');
     if (sign == std::string::npos)
       throw UsageError(stiffness_option, fmt::format("'{}' is not NAME=VALUE", parts[p]));
     const DescribedJoint& drive = drive_named(drives, parts[p].substr(0, sign));
+    if (!named.insert(drive.name).second)
+      throw UsageError(stiffness_option, fmt::format("'{}' is given twice", drive.name));
     result[drive.name] = stiffness_of(drive, parts[p].substr(sign + 1));
   }
 }
@@ -175,8 +179,11 @@ io::Json import(const ImportRequest& request, Run& run) {
   robot = vjm::import_robot(model, chain, options);
   if (run.out()) {
     io::write_atomically(*run.out(), robot.text);
-    run.print(fmt::format("{}: '{}' to '{}', {} joints, written to {}\n", model.name, chain.base,
-                          chain.tip, chain.joints.size(), run.out()->string()));
+    const auto moving = std::count_if(chain.joints.begin(), chain.joints.end(), [&](std::size_t j) {
+      return model.joints[j].type != vjm::JointType::fixed;
+    });
+    run.print(fmt::format("{}: '{}' to '{}', {} joints that move, written to {}\n", model.name,
+                          chain.base, chain.tip, moving, run.out()->string()));
   } else {
     run.print(robot.text + "\n");
   }

@@ -10,6 +10,7 @@ std::string text(const vjm::RobotDescription& model, const vjm::ImportedRobot& r
   for (const vjm::MissingStiffness& item : robot.missing) table.add_row({item.key, item.what});
   std::string remarks;
   for (const std::string& remark : model.remarks) remarks += remark + "\n";
+  if (!robot.left_out.empty()) remarks += vjm::in_words(robot.left_out) + "\n";
   if (robot.missing.empty()) return remarks + "Nothing is missing in the robot file.\n";
   return remarks + "Missing in the robot file, for " + model.format + " does not say it:\n" +
          table.text();
@@ -20,6 +21,9 @@ io::Json to_json(const vjm::RobotDescription& model, const vjm::DescribedChain& 
   io::Json missing = io::Json::array();
   for (const vjm::MissingStiffness& item : robot.missing)
     missing.push_back({{"where", item.key}, {"what", item.what}});
+  io::Json left_out = io::Json::array();
+  for (const vjm::LeftOutLink& link : robot.left_out)
+    left_out.push_back({{"link", link.name}, {"mass", link.mass}});
   return {{"inputs",
            {{"file", model.file.string()},
             {"format", model.format},
@@ -27,6 +31,7 @@ io::Json to_json(const vjm::RobotDescription& model, const vjm::DescribedChain& 
           {"base", chain.base},
           {"tip", chain.tip},
           {"robot_file", robot.text},
+          {"left_out", left_out},
           {"missing", missing}};
 }
 

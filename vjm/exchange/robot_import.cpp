@@ -120,6 +120,31 @@ class Importer {
       body_.shapes.push_back(std::move(shape));
     }
     if (link->inertia) masses_.add(*link->inertia, place_);
+    add_branches(name, place_, true);
+  }
+
+  // What is fixed to a link beside the chain is carried along; what moves there is left out.
+  void add_branches(const std::string& parent, const Pose& place, bool is_fixed,
+                    std::size_t depth = 0) {
+    if (depth > model_.joints.size()) return;  // a loop
+    for (std::size_t number = 0; number < model_.joints.size(); ++number) {
+      const DescribedJoint& joint = model_.joints[number];
+      if (joint.parent != parent || is_in_chain(number)) continue;
+      const bool carried = is_fixed && joint.type == JointType::fixed;
+      const Pose behind = place * joint.origin;
+      for (const DescribedLink& link : model_.links) {
+        if (link.name != joint.child || !link.inertia || !(link.inertia->mass > 0)) continue;
+        if (carried)
+          masses_.add(*link.inertia, behind);
+        else
+          result_.left_out.push_back({link.name, link.inertia->mass});
+      }
+      add_branches(joint.child, behind, carried, depth + 1);
+    }
+  }
+
+  bool is_in_chain(std::size_t joint) const {
+    return std::find(chain_.joints.begin(), chain_.joints.end(), joint) != chain_.joints.end();
   }
 
   // A frame that a reader has put before a link: "child@joint".
@@ -156,7 +181,7 @@ class Importer {
     if (joint.limits) {
       const auto [lower, upper] = *joint.limits;
       if (lower > 0 || upper < 0) home = 0.5 * (lower + upper);
-      if (lower < upper) range = fmt::format(", range: [{:.6g}, {:.6g}]", lower, upper);
+      if (lower < upper) range = fmt::format(", range: [{}, {}]", lower, upper);
     }
     const std::string name = io::yaml_scalar(joint.name);
     const char* unit = turns(joint) ? "N m/rad" : "N/m";
@@ -166,7 +191,7 @@ class Importer {
     const std::string spring =
         stiffness ? fmt::format(", stiffness: {:.15g} {}", *stiffness, unit) : "";
     elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}{}{}}}\n", name, axis,
-                             home == 0 ? "" : fmt::format(", home: {:.6g}", home), range, spring);
+                             home == 0 ? "" : fmt::format(", home: {}", home), range, spring);
     result_.drives.push_back(joint);
     if (!spring.empty()) return;
     elements_ +=
@@ -202,6 +227,7 @@ class Importer {
       result.leader = &*next;
       now = &*next;
     }
+    if (result.leader->type == JointType::fixed) result.factor = 0;
     return result;
   }
 
@@ -319,6 +345,8 @@ class Importer {
     for (const std::string& note : options_.notes) lines += "# " + common::printable(note) + "\n";
     for (const std::string& remark : model_.remarks)
       lines += "# " + common::printable(remark) + "\n";
+    if (!result_.left_out.empty())
+      lines += "# " + common::printable(in_words(result_.left_out)) + "\n";
     return lines;
   }
 
@@ -338,9 +366,11 @@ class Importer {
     if (!(g > 0)) return "";
     const std::string acceleration =
         std::abs(g - 9.80665) < 1e-12 ? "" : fmt::format(", acceleration: {:.15g} m/s^2", g);
-    return fmt::format("gravity: {{direction: {}{}}}   # as {} has it, axes of {}\n",
+    const bool is_usual = model_.gravity == RobotDescription().gravity;
+    return fmt::format("gravity: {{direction: {}{}}}   # {}, axes of {}\n",
                        vector_text(base_in_root().transpose() * model_.gravity / g), acceleration,
-                       model_.format, common::printable(chain_.base));
+                       is_usual ? "as usual" : fmt::format("as {} has it", model_.format),
+                       common::printable(chain_.base));
   }
 
   std::string text() const {
@@ -376,6 +406,17 @@ class Importer {
 }  // namespace kinetostat::vjm::robot_import
 
 namespace kinetostat::vjm {
+
+std::string in_words(const std::vector<LeftOutLink>& left_out) {
+  double mass = 0;
+  std::vector<std::string> names;
+  for (const LeftOutLink& link : left_out) {
+    mass += link.mass;
+    names.push_back("'" + link.name + "'");
+  }
+  return fmt::format("Left out, as it moves on a branch beside the chain: {} ({:.3g} kg).",
+                     fmt::join(names, ", "), mass);
+}
 
 ImportedRobot import_robot(const RobotDescription& robot, const DescribedChain& chain,
                            const ImportOptions& options) {

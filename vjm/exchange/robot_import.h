@@ -26,11 +26,20 @@ struct ImportedBody {
   double mass = 0;                                          // [kg]
 };
 
+/// A link with a mass that moves beside the chain.
+struct LeftOutLink {
+  std::string name;
+  double mass = 0;  // [kg]
+};
+/// "Left out, as it moves on a branch beside the chain: 'finger' (0.1 kg)."
+std::string in_words(const std::vector<LeftOutLink>& left_out);
+
 struct ImportedRobot {
   std::string text;  // of the robot file
   std::vector<MissingStiffness> missing;
   std::vector<DescribedJoint> drives;  // the joints that have one, from base to tip
   std::vector<ImportedBody> bodies;    // from base to tip
+  std::vector<LeftOutLink> left_out;
 };
 
 struct ImportOptions {

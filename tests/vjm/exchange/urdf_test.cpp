@@ -10,6 +10,7 @@
 #include "kinetostat/vjm/exchange/robot_import.h"
 #include "kinetostat/vjm/exchange/urdf_import.h"
 #include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/joint_range.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 #include "support/random.h"
@@ -74,9 +75,14 @@ Motion6 moved(const RobotDescription& model, const DescribedChain& chain, test::
                                      ? Pose::translation(q * joint.axis)
                                      : Pose::rotation(spatial::exp_rotation(q * joint.axis)));
     }
-    for (const DescribedLink& link : model.links)
+    for (const DescribedLink& link : model.links) {
       if (link.name == joint.child && link.inertia)
         motion.centers[link.name] = motion.tip * link.inertia->center;
+      const DescribedJoint* carrier = carrier_of(model, link.name);
+      if (carrier != nullptr && carrier->parent == joint.child &&
+          carrier->type == JointType::fixed && link.inertia)
+        motion.centers[link.name] = motion.tip * carrier->origin * link.inertia->center;
+    }
   }
   return motion;
 }
@@ -119,7 +125,7 @@ TEST_F(Urdf, MassesAndTheirCentresArriveWithWhatIsFixedToThem) {
       expected_mass += link.inertia->mass;
       expected += link.inertia->mass * motion.centers.at(link.name);
     }
-  // The camera bracket hangs on a side branch: it is not part of the chain.
+  ASSERT_TRUE(motion.centers.contains("camera_bracket"));  // fixed to the forearm, beside the chain
   EXPECT_NEAR(mass, expected_mass, 1e-12);
   EXPECT_LT((moment - expected).norm(), 1e-12 * expected_mass);
 }
@@ -225,6 +231,37 @@ TEST_F(Urdf, AJointInPlaceOfItsLeaderHasWhatThatHas) {
   EXPECT_DOUBLE_EQ(robot.drives[0].limits->back(), 0.3);
   const Robot read_again = imported(model, find_chain(model, "", ""));
   EXPECT_DOUBLE_EQ(read_again.manipulator.chains()[0].springs().at(0).stiffness(0, 0), 1250);
+}
+
+// A finger that moves beside the chain, a drive that follows what cannot move, a limit of 110 deg.
+TEST_F(Urdf, BranchesFixedLeadersAndLimitsArriveAsTheyAre) {
+  const RobotDescription model = read(
+      "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='finger'>"
+      "<inertial><mass value='.25'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
+      "</inertial></link><link name='stop'/>"
+      "<joint name='one' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/>"
+      "<limit lower='-1.9198621771937625' upper='1.9198621771937625' effort='1' velocity='1'/>"
+      "</joint><joint name='two' type='continuous'><parent link='b'/><child link='c'/>"
+      "<axis xyz='0 0 1'/><mimic joint='still' multiplier='3' offset='.5'/></joint>"
+      "<joint name='grip' type='prismatic'><parent link='b'/><child link='finger'/>"
+      "<axis xyz='0 0 1'/><limit lower='0' upper='1' effort='1' velocity='1'/></joint>"
+      "<joint name='still' type='fixed'><parent link='b'/><child link='stop'/></joint></robot>");
+  const DescribedChain chain = find_chain(model, "a", "c");
+  const ImportedRobot robot = import_robot(model, chain);
+  ASSERT_EQ(robot.left_out.size(), 1u);
+  EXPECT_EQ(robot.left_out[0].name, "finger");
+  EXPECT_EQ(robot.left_out[0].mass, 0.25);
+  EXPECT_THAT(robot.text, HasSubstr("'finger' (0.25 kg)"));
+  ASSERT_EQ(robot.drives.size(), 1u);
+  const Robot read_again = imported(model, chain);
+  const Posture at =
+      posture_from_joints(read_again.manipulator, {{"one", 1.9198621771937625}}).posture;
+  EXPECT_EQ(beyond_range(read_again.manipulator, at), "");
+  EXPECT_LT(
+      spatial::pose_difference(
+          at.platform, Pose::rotation(spatial::exp_rotation(Vector3(0, 0, 2.4198621771937625))))
+          .norm(),
+      1e-12);
 }
 
 TEST_F(Urdf, WhatIsMissingIsListed) {
