@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -32,9 +33,12 @@ void read_parameter(const YamlNode& node, const EffectParameter& parameter, bool
   if (has_deviation) node.allow_only({"value", "sd"});
   const YamlNode given = has_deviation ? node.at("value") : node;
   value = read_value(given, dimension, units);
-  if (!(value >= parameter.lower && value <= parameter.upper))
+  constexpr double rounding = 1e-9;  // of a bound that has gone through other units
+  if (!(value >= parameter.lower - rounding * std::abs(parameter.lower) &&
+        value <= parameter.upper + rounding * std::abs(parameter.upper)))
     given.fail(fmt::format("{:.6g} is outside the physical range of '{}', {:.6g} to {:.6g} (SI)",
                            value, parameter.name, parameter.lower, parameter.upper));
+  value = std::clamp(value, parameter.lower, parameter.upper);
   if (!has_deviation) return;
   if (const auto sd = node.find("sd")) {
     deviation = read_value(*sd, dimension, units);
