@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/regression/predict.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 #include "kinetostat/common/error.h"
@@ -116,6 +115,13 @@ double left(const Campaign& campaign, const Translations& t) {
   if (campaign.session_frame == SessionFrame::estimated) return left_beside_frames(t);
   return left(moments(t.measured, t.predicted).trace(), moments(t.measured, t.measured).trace(),
               moments(t.predicted, t.predicted).trace());
+}
+
+// To two digits.
+std::string percent(double share) {
+  constexpr double two_digits = 0.0995;
+  return share < two_digits ? fmt::format("{:.2g} %", 100 * share)
+                            : fmt::format("{:.0f} %", 100 * share);
 }
 
 struct Slip {
@@ -230,6 +236,15 @@ class Trial {
   Trial(const vjm::Robot& robot, const Campaign& campaign, int threads, common::Progress& progress)
       : robot_(robot), campaign_(thinned(campaign)), threads_(threads), progress_(progress) {}
 
+  // Axes of the platform to base axes, one a reading.
+  std::vector<Matrix3> platform_axes() const {
+    const Predictor predictor(robot_.without_effects(), campaign_, threads_, progress_);
+    std::vector<Matrix3> axes;
+    for (std::size_t i = 0; i < campaign_.readings.size(); ++i)
+      axes.push_back(predictor.posture_of(i).platform.rotation());
+    return axes;
+  }
+
   void run(std::string phrase, const std::function<void(Campaign&)>& change, Slip& best) const {
     Campaign changed = campaign_;
     change(changed);
@@ -250,6 +265,28 @@ class Trial {
   int threads_;
   common::Progress& progress_;
 };
+
+// Wrenches and displacements that are in the axes of the platform, and not those stated.
+void try_platform_axes(const Trial& trial, Slip& best) {
+  const std::vector<Matrix3> axes = trial.platform_axes();
+  const auto with = [&](const char* phrase, const auto& turn) {
+    trial.run(
+        phrase,
+        [&](Campaign& changed) {
+          for (std::size_t i = 0; i < axes.size(); ++i) turn(axes[i], changed.readings[i]);
+        },
+        best);
+  };
+  with("the wrenches are in axes of the platform ('wrench_frame: platform')",
+       [](const Matrix3& turn, Reading& reading) {
+         reading.load.force = (turn * reading.load.force).eval();
+         reading.load.moment = (turn * reading.load.moment).eval();
+       });
+  with("the displacements are in axes of the platform ('displacement_frame: platform')",
+       [](const Matrix3& turn, Reading& reading) {
+         reading.displacement.head<3>() = (turn * reading.displacement.head<3>()).eval();
+       });
+}
 
 void try_forces(const Trial& trial, const Campaign& campaign, Slip& best) {
   std::array<bool, 3> acts{};
@@ -282,6 +319,12 @@ void change_joint(Campaign& campaign, const std::string& joint,
       found->second = change(found->second);
 }
 
+void exchange_joints(Campaign& campaign, const std::string& a, const std::string& b) {
+  for (Configuration& configuration : campaign.configurations)
+    if (configuration.joints.contains(a) && configuration.joints.contains(b))
+      std::swap(configuration.joints.at(a), configuration.joints.at(b));
+}
+
 // In a few postures another one may do as well by chance.
 void try_joints(const Trial& trial, const Campaign& campaign, Slip& best) {
   constexpr std::size_t fewest_postures = 5;
@@ -301,6 +344,12 @@ void try_joints(const Trial& trial, const Campaign& campaign, Slip& best) {
       with(fmt::format("'{}' has its zero {} deg elsewhere", column, std::abs(zero)),
            [zero](double q) { return q + zero * M_PI / 180; });
   }
+  for (std::size_t a = 0; a < turning.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      trial.run(
+          fmt::format("'{}' and '{}' are exchanged", campaign.joint_columns.at(turning[b]).column,
+                      campaign.joint_columns.at(turning[a]).column),
+          [&](Campaign& changed) { exchange_joints(changed, turning[a], turning[b]); }, best);
   for (const auto& [factor, phrase] :
        {std::pair{180 / M_PI, "the joints are in rad"}, {M_PI / 180, "the joints are in deg"}})
     if (!turning.empty())
@@ -332,22 +381,18 @@ std::string column_error(const vjm::Robot& robot, const Campaign& campaign,
     try_readings(as_given, best);
   const Trial trial(robot, campaign, threads, progress);
   const bool is_absolute = campaign.displacement == DisplacementKind::absolute;
-  constexpr double worth_a_trial = 0.1;
-  if (!is_absolute && before > worth_a_trial) try_forces(trial, campaign, best);
+  constexpr double worth_a_trial = 0.02;
+  if (!is_absolute && before > worth_a_trial) {
+    try_forces(trial, campaign, best);
+    try_platform_axes(trial, best);
+  }
   if (is_absolute || before > worth_a_trial) try_joints(trial, campaign, best);
   if (best.left > most_left || best.left > better * before) return {};
   return fmt::format(
-      "The readings lie as predicted if {}: that leaves {:.2g} % of what they vary by, the files "
-      "as they are {:.2g} %. Check the order, signs and units of the columns, and the axes of the "
+      "The readings lie as predicted if {}: that leaves {} of what they vary by, the files as they "
+      "are {}. Check the order, signs and units of the columns, and the axes of the "
       "robot and of 'frames'.",
-      best.phrase, 100 * best.left, 100 * before);
-}
-
-std::string unit_or_column_error(const vjm::Robot& robot, const Campaign& campaign,
-                                 const std::vector<Eigen::VectorXd>& predicted, int threads,
-                                 common::Progress& progress) {
-  const std::string slip = unit_error(campaign, predicted);
-  return slip.empty() ? column_error(robot, campaign, predicted, threads, progress) : slip;
+      best.phrase, percent(best.left), percent(before));
 }
 
 }  // namespace kinetostat::calibration

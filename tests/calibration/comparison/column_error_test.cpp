@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/regression/predict.h"
 #include "kinetostat/spatial/rotation.h"
 
 #include "calibration/laboratory.h"
@@ -107,12 +108,43 @@ TEST(ColumnError, AJointThatCountsTheOtherWayIsNamed) {
     EXPECT_THAT(laboratory.slip(reversed),
                 HasSubstr(fmt::format("if '{}' counts the other way:", joint)));
   }
-  Campaign offset = right, in_rad = right;
+  Campaign offset = right, in_rad = right, exchanged = right;
+  for (Configuration& configuration : exchanged.configurations)
+    std::swap(configuration.joints.at("arm.q2"), configuration.joints.at("arm.q3"));
+  EXPECT_THAT(laboratory.slip(exchanged), HasSubstr("if 'q2' and 'q3' are exchanged:"));
   turn_joint(offset, "arm.q2", [](double q) { return q - M_PI / 2; });
   EXPECT_THAT(laboratory.slip(offset), HasSubstr("if 'q2' has its zero 90 deg elsewhere:"));
   for (const char* joint : {"arm.q1", "arm.q2", "arm.q3"})
     turn_joint(in_rad, joint, [](double q) { return q * M_PI / 180; });
   EXPECT_THAT(laboratory.slip(in_rad), HasSubstr("if the joints are in rad:"));
+}
+
+// What stands in the axes of the tool.
+TEST(ColumnError, AFrameOfThePlatformIsNamed) {
+  Arm laboratory;
+  const Campaign right = laboratory.pushed();
+  common::Progress silent;
+  const Predictor predictor(laboratory.robot().manipulator, right, 1, silent);
+  Campaign wrenches = right, displacements = right;
+  for (std::size_t i = 0; i < right.readings.size(); ++i) {
+    const spatial::Matrix3 turn = predictor.posture_of(i).platform.rotation().transpose();
+    wrenches.readings[i].load.force = turn * right.readings[i].load.force;
+    displacements.readings[i].displacement.head<3>() =
+        turn * right.readings[i].displacement.head<3>();
+  }
+  EXPECT_THAT(laboratory.slip(wrenches), HasSubstr("'wrench_frame: platform'"));
+  EXPECT_THAT(laboratory.slip(displacements), HasSubstr("'displacement_frame: platform'"));
+}
+
+// A zero of a joint that any effect could make up for: it is not adopted all the same.
+TEST(ColumnError, NoEffectStandsBesideIt) {
+  Arm laboratory;
+  laboratory.options().displacement = DisplacementKind::absolute;
+  Campaign campaign = laboratory.pushed();
+  turn_joint(campaign, "arm.q3", [](double q) { return q - M_PI / 2; });
+  const Diagnosis d = laboratory.diagnose(campaign, {"joint_offset", "preload"});
+  EXPECT_EQ(d.verdict, Verdict::unexplained);
+  EXPECT_THAT(d.unit_error, HasSubstr("'q3' has its zero 90 deg elsewhere"));
 }
 
 // Poses from an instrument that stands anywhere.
