@@ -248,11 +248,17 @@ std::vector<std::string> doubts_about(const BaseFit& fit) {
           fmt::format("{} is fitted to {:.3g} times its nominal value: check units and the robot "
                       "file, or the model lacks an effect ('diagnose').",
                       parameter.phrase(), std::exp(value)));
-  if (is_held_near_design(fit))
-    doubts.push_back(
-        "The readings alone leave some stiffness open, or drive it far from its design: all that "
-        "are uncertain are fitted as known by design to a factor of 2.7, one standard deviation.");
+  const std::vector<std::string> more = cautions_about(fit);
+  doubts.insert(doubts.end(), more.begin(), more.end());
   return doubts;
+}
+
+std::string unit_or_column_error(const vjm::Robot& robot, const Campaign& campaign,
+                                 const Assessment& nominal, int threads,
+                                 common::Progress& progress) {
+  const std::string of_units = unit_error(campaign, nominal.fit.predicted);
+  if (!of_units.empty()) return of_units;
+  return column_error(robot, campaign, nominal.fit.predicted, threads, progress);
 }
 
 // What would determine it, where the readings do not determine what is uncertain.
@@ -336,7 +342,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
     const auto once = [&] {
       return with_hint_of_unit_error(predictor, to_fit, progress, [&] {
         return fit_base(predictor, to_fit, evidence.noise, parameters, progress,
-                        {.loss = loss, .few_states = true});
+                        {.loss = loss, .few_states = true, .accept_unsettled = true});
       });
     };
     BaseFit result = once();
@@ -356,8 +362,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   Comparison result;
   result.groups = static_cast<Eigen::Index>(evidence.groups.count);
   result.nominal = assessed(fit({}));
-  result.unit_error =
-      unit_or_column_error(robot, to_fit, result.nominal.fit.predicted, threads, progress);
+  result.unit_error = unit_or_column_error(robot, to_fit, result.nominal, threads, progress);
   if (std::optional<BaseFit> found = refit(robot, predictor, evidence, fit, progress, result))
     result.fitted = assessed(*std::move(found));
   add_missing_sensor(robot, to_fit, evidence.noise, threads, progress, result);

@@ -726,6 +726,7 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
   fit.values = problem.values();
   fit.squared_error = result.at.residual.head(fit.values).squaredNorm();
   fit.iterations = result.iterations;
+  fit.is_settled = result.status == LeastSquaresStatus::converged;
   fit.loss = options.loss;
   fit.weights.assign(result.weights.begin(), result.weights.begin() + fit.values);
   const double variance = variance_of(result, options.loss, noise.source != NoiseSource::unknown,

@@ -75,6 +75,7 @@ struct BaseFit {
   double squared_error = 0;  // sum of squares of the whitened residuals in use
   Eigen::Index values = 0;   // how many there are
   int iterations = 0;
+  bool is_settled = true;  // else the best so far (BaseFitOptions::accept_unsettled)
 
   /// Number of parameters, zero offsets and frame coordinates that were estimated; one that a bound
   /// holds was not.

@@ -73,13 +73,15 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
 bool believe_design(std::vector<Parameter>& parameters) {
   constexpr double farthest = 3;  // standard deviations
   bool any = false;
-  for (Parameter& p : parameters)
-    if (p.is_logarithm() && !p.bounds_stated) {
-      p.prior = Parameter::Prior{.mean = p.start, .deviation = deviation_of_design};
-      p.lower = p.start - farthest * deviation_of_design;
-      p.upper = p.start + farthest * deviation_of_design;
-      p.bounds_stated = any = true;
-    }
+  for (Parameter& p : parameters) {
+    if (!p.is_logarithm() || p.is_held() || p.prior) continue;
+    p.prior = Parameter::Prior{.mean = p.start, .deviation = deviation_of_design};
+    any = true;
+    if (p.bounds_stated) continue;
+    p.lower = p.start - farthest * deviation_of_design;
+    p.upper = p.start + farthest * deviation_of_design;
+    p.bounds_stated = true;
+  }
   return any;
 }
 
@@ -89,11 +91,27 @@ bool is_held_near_design(const BaseFit& fit) {
   });
 }
 
+std::vector<std::string> cautions_about(const BaseFit& fit) {
+  std::vector<std::string> cautions;
+  if (is_held_near_design(fit))
+    cautions.emplace_back(
+        "The readings alone leave some stiffness open, or drive it to a bound or far from its "
+        "design: all that are uncertain are fitted as known by design to a factor of 2.7, one "
+        "standard deviation.");
+  if (!fit.is_settled)
+    cautions.push_back(fmt::format(
+        "The fit still moves after {} evaluations of the model: its values are the best so far, "
+        "and uncertain by more than their standard deviations.",
+        fit.iterations));
+  return cautions;
+}
+
 bool strays_from_design(const BaseFit& fit) {
   return std::any_of(fit.parameters.begin(), fit.parameters.end(), [](const auto& estimate) {
     const Parameter& p = estimate.parameter;
-    return p.is_logarithm() && !p.bounds_stated && estimate.hit == BoundHit::none &&
-           std::abs(estimate.value) > std::log(doubtful_factor) &&
+    if (!p.is_logarithm() || p.is_held() || p.prior) return false;
+    if (p.bounds_stated) return estimate.hit != BoundHit::none;
+    return estimate.hit == BoundHit::none && std::abs(estimate.value) > std::log(doubtful_factor) &&
            estimate.standard_error > deviation_of_design;
   });
 }

@@ -23,28 +23,38 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
                                            const Noise& noise, std::vector<Parameter>& parameters,
                                            common::Progress& progress);
 
-/// Adds to each stiffness without stated bounds that design tells it to a factor of e, one standard
-/// deviation; returns whether there is any. It may go to three of them, for the effect that sets it
-/// right.
+/// Adds to each stiffness that is fitted that design tells it to a factor of e, one standard
+/// deviation; returns whether there is any. Where no bounds are stated it may go to three of them,
+/// for the effect that sets it right.
 bool believe_design(std::vector<Parameter>& parameters);
 
 /// Whether some stiffness of the fit is believed so.
 bool is_held_near_design(const BaseFit& fit);
 
+/// What a reader should know of how the values of a fit came about, in sentences: design that is
+/// believed, an iteration that has not come to rest.
+std::vector<std::string> cautions_about(const BaseFit& fit);
+
 /// Whether some stiffness without stated bounds is fitted to more than three times its nominal
-/// value, or less than a third, by readings that know it less well than design does.
+/// value, or less than a third, by readings that know it less well than design does, or one with
+/// stated bounds to one of these: readings that know it poorly would put there what they say of the
+/// others.
 bool strays_from_design(const BaseFit& fit);
 
 /// The fit of parameters by `fit(parameters)`, once more with what design tells where the readings
-/// alone drive a stiffness to zero or infinity (common::NotIdentifiable), or astray. `may_believe`:
+/// alone drive a stiffness to zero or infinity (common::NotIdentifiable), or astray, or never to
+/// rest. `may_believe`:
 /// whether nothing speaks against it, asked only then.
 template <class Fit, class MayBelieve>
 BaseFit fit_near_design(std::vector<Parameter> parameters, const Fit& fit,
                         const MayBelieve& may_believe) {
   try {
     BaseFit result = fit(parameters);
-    if (!strays_from_design(result) || !may_believe() || !believe_design(parameters)) return result;
+    const bool stands = result.is_settled && !strays_from_design(result);
+    if (stands || !may_believe() || !believe_design(parameters)) return result;
   } catch (const common::NotIdentifiable&) {
+    if (!may_believe() || !believe_design(parameters)) throw;
+  } catch (const common::NoConvergence&) {
     if (!may_believe() || !believe_design(parameters)) throw;
   }
   return fit(parameters);

@@ -115,7 +115,7 @@ void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& u
   for (std::size_t k = 0; k < count; ++k) {
     const auto& [there, value, error, hit] = start.parameters[k];
     Parameter& p = unknowns[k];
-    if (there.prior && !p.bounds_stated) {
+    if (there.prior && !p.prior) {
       p.prior = there.prior;
       p.lower = there.lower;
       p.upper = there.upper;

@@ -136,9 +136,9 @@ class Members {
   }
   void one(BaseFit& fit) {
     auto& [parameters, zeros, frames, targets, covariance, error_source, weak, loss, weights,
-           predicted, work, model, at, squared_error, values, iterations, estimated] = fit;
+           predicted, work, model, at, squared_error, values, iterations, is_settled, estimated] = fit;
     (*this)(parameters, zeros, frames, targets, covariance, error_source, weak, loss, weights,
-            predicted, work, model, at, squared_error, values, iterations, estimated);
+            predicted, work, model, at, squared_error, values, iterations, is_settled, estimated);
   }
 
   Stream& stream_;

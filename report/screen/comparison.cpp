@@ -53,7 +53,7 @@ std::string without_noise(const Comparison& comparison) {
 
 // What a fit changed, beyond its error and within, and what it could not determine.
 struct FittedNames {
-  std::vector<std::string> changed, within, confounded, kept;
+  std::vector<std::string> changed, within, confounded, kept, at_bound;
 };
 
 FittedNames fitted_names(const vjm::Robot& robot, const calibration::BaseFit& fit) {
@@ -63,8 +63,10 @@ FittedNames fitted_names(const vjm::Robot& robot, const calibration::BaseFit& fi
     const std::string name = short_name(robot.without_effects(), e.parameter.name);
     const double from = e.parameter.is_logarithm() ? 0 : e.parameter.start;
     if (e.hit != calibration::BoundHit::none)
-      (e.parameter.is_confounded ? names.confounded : names.kept)
-          .push_back(name + (e.parameter.is_held() ? "" : " (at a bound)"));
+      (!e.parameter.is_held()      ? names.at_bound
+       : e.parameter.is_confounded ? names.confounded
+                                   : names.kept)
+          .push_back(name);
     else if (std::abs(e.value - from) <= beyond * e.standard_error)
       names.within.push_back(name);
     else if (e.parameter.is_logarithm())
@@ -317,6 +319,7 @@ std::string fitted_in_words(const vjm::Robot& robot, const calibration::BaseFit&
   add("within their error: ", names.within);
   add("confounded with these, kept: ", names.confounded);
   add("not determined, kept: ", names.kept);
+  add("at a bound: ", names.at_bound);
   return text;
 }
 

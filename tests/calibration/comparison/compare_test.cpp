@@ -9,6 +9,7 @@
 #include "kinetostat/io/csv.h"
 #include "kinetostat/report/comparison.h"
 
+#include "calibration/laboratory.h"
 #include "calibration/synthetic.h"
 
 namespace kinetostat::calibration::compare_test {
@@ -296,6 +297,31 @@ TEST(Statistics, AreThoseOfTheResiduals) {
   EXPECT_NEAR(a.chi_square->statistic, 26, 1e-9);
   EXPECT_EQ(a.chi_square->degrees_of_freedom, 3);
   EXPECT_NEAR(a.residual[3][2], 96e-3, 1e-12);  // masked readings are shown, not counted
+}
+
+// Two springs in series that act in nearly one direction: the readings know their sum, and put one
+// of them at its bound, which says nothing of the other.
+TEST(Compare, ASpringAtItsBoundLeavesTheOtherUnsure) {
+  int beyond = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    test::Laboratory laboratory(
+        "kinetostat: 1\nname: slides\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n"
+        "  arm:\n    - actuator: {name: a, axis: Tz, stiffness: 1000}\n"
+        "    - offset: {rpy: [0.3, 0, 0]}\n"
+        "    - actuator: {name: b, axis: Tz, stiffness: 4000}\nmanipulator: {chain: arm}\n"
+        "uncertain:\n  - {stiffness: a, between: [0.3, 3]}\n"
+        "  - {stiffness: b, between: [0.3, 3]}\n");
+    laboratory.options().translation_noise = 2e-6;
+    laboratory.options().seed = seed;
+    const Campaign campaign =
+        laboratory.measure("id,fz\na,300\nb,600\nc,-300\nd,-600\ne,450\nf,-450\n");
+    common::Progress silent;
+    const Comparison both = compare(laboratory.robot(), campaign, 1, silent);
+    ASSERT_TRUE(both.fitted) << both.refit_failure;
+    for (const ParameterEstimate& e : both.fitted->fit.parameters)
+      beyond += std::abs(e.value) > 3 * e.standard_error ? 1 : 0;
+  }
+  EXPECT_EQ(beyond, 0);  // the truth is what the file says: the logarithm of 1
 }
 
 TEST(ResidualTable, HasOneRowPerReadingInTheUnitsOfTheCampaign) {
