@@ -167,10 +167,8 @@ class Baseline {
   /// What the fit hardly knows, in sentences.
   std::vector<std::string> weak() const {
     std::vector<std::string> weak = fitter_.kept_nominal();
-    if (is_held_near_design(fit_))
-      weak.push_back(
-          "With no effect added, the best value of some stiffness is infinite or 0: all that are "
-          "uncertain are fitted as known by design to a factor of 2.7, one standard deviation.");
+    const std::vector<std::string> cautions = cautions_about(fit_);
+    weak.insert(weak.end(), cautions.begin(), cautions.end());
     weak.insert(weak.end(), fit_.weak.begin(), fit_.weak.end());
     return weak;
   }
@@ -330,10 +328,12 @@ void ask_for_kinematics(double share, Diagnosis& d) {
       100 * share));
 }
 
-// Effects that leave more than noise do not stand beside readings in other units or signs.
-void ask_for_units(Diagnosis& d) {
+// Effects that leave more than noise do not stand beside readings in other units, and none beside a
+// column that is another one: it would only make up for that.
+void ask_for_units(bool is_column, Diagnosis& d) {
   constexpr double more_than_noise = 4;
-  if (d.unit_error.empty() || !d.after || d.after->reduced() < more_than_noise) return;
+  if (d.unit_error.empty()) return;
+  if (!is_column && (!d.after || d.after->reduced() < more_than_noise)) return;
   d.verdict = Verdict::unexplained;
   d.missing.insert(d.missing.begin(), "readings in the units and with the signs that are stated");
 }
@@ -373,7 +373,10 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.without_place = kinds_without_place(robot, options.kinds, base.scales());
   d.held_out = base.search().groups().what;
   const BaseFit nominal = fit_base(fitter.predictor(), base.campaign(), noise, {}, progress);
-  d.unit_error = unit_or_column_error(robot, base.campaign(), nominal.predicted, threads, progress);
+  d.unit_error = unit_error(base.campaign(), nominal.predicted);
+  const bool is_of_units = !d.unit_error.empty();
+  if (!is_of_units)
+    d.unit_error = column_error(robot, base.campaign(), nominal.predicted, threads, progress);
   const std::vector<Candidate> like_the_fit = refutes_nominal(nominal, fit)
                                                   ? base.search().like_the_fit(nominal, fit)
                                                   : std::vector<Candidate>();
@@ -399,7 +402,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.waterfall = std::move(waterfall).result();
   take_judgement(base.search().correlated_noise().share_left(model.without, model.fit), d);
   ask_for_kinematics(by_kinematics, d);
-  ask_for_units(d);
+  ask_for_units(!is_of_units, d);
   ask_for_sensor(robot, base.campaign(), noise, threads, progress, d);
   if (options.profiles > 0)
     d.profiles = profiles(fitter, model.present, model.fit, options.profiles, progress);
