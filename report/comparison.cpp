@@ -657,8 +657,10 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
             {"findings", findings(campaign, comparison)},
             {"as_designed", to_json(campaign, comparison.nominal)},
             {"refitted", nullptr},
-            {"refit_failure", nullptr}};
+            {"refit_failure", nullptr},
+            {"unit_error", nullptr}};
   if (!comparison.refit_failure.empty()) json["refit_failure"] = comparison.refit_failure;
+  if (!comparison.unit_error.empty()) json["unit_error"] = comparison.unit_error;
   if (comparison.replicates)
     json["pure_error"] = {{"whitened_sum_of_squares", comparison.replicates->sum},
                           {"degrees_of_freedom", comparison.replicates->degrees_of_freedom}};

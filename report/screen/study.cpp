@@ -50,7 +50,11 @@ Station readings_station(const calibration::Campaign& campaign,
 }
 
 Station model_station(const Comparison& comparison) {
-  if (!comparison.unit_error.empty()) return {"model", comparison.unit_error, Light::bad};
+  if (!comparison.unit_error.empty())
+    return {"model",
+            error_in_words(comparison, comparison.nominal) +
+                "; a mistake in units, signs or axes makes most of it",
+            Light::bad};
   return {"model", error_in_words(comparison, comparison.nominal), light_of(comparison.nominal)};
 }
 
@@ -80,9 +84,15 @@ Station missing_station(const vjm::Robot& robot, const calibration::Diagnosis& d
   }
 }
 
-Station adopted_station(const std::string& file, const Comparison& again) {
-  return {"adopted", fmt::format("{} {}", file, error_in_words(again, again.nominal)),
-          light_of(again.nominal)};
+Station adopted_station(const std::string& file, const Comparison& again, std::size_t set_aside) {
+  const std::string error = error_in_words(again, again.nominal);
+  if (set_aside > 0 && again.nominal.adequacy == Adequacy::inadequate)
+    return {"adopted",
+            fmt::format("{} {}, by the {} that {} set aside", file, error,
+                        set_aside == 1 ? "reading" : fmt::format("{} readings", set_aside),
+                        set_aside == 1 ? "was" : "were"),
+            Light::open};
+  return {"adopted", fmt::format("{} {}", file, error), light_of(again.nominal)};
 }
 
 Station not_adopted_station(const std::string& why, Verdict verdict) {

@@ -25,8 +25,9 @@ Station readings_station(const calibration::Campaign& campaign,
 Station model_station(const calibration::Comparison& comparison);
 Station fitted_station(const vjm::Robot& robot, const calibration::Comparison& comparison);
 Station missing_station(const vjm::Robot& robot, const calibration::Diagnosis& diagnosis);
-/// The file that was written, compared again.
-Station adopted_station(const std::string& file, const calibration::Comparison& again);
+/// The file that was written, compared again. `set_aside`: how many readings alone make it fail.
+Station adopted_station(const std::string& file, const calibration::Comparison& again,
+                        std::size_t set_aside = 0);
 /// Nothing was adopted.
 Station not_adopted_station(const std::string& why, calibration::Verdict verdict);
 Station next_station(const vjm::Robot& robot, const calibration::PlanQuestion& question,

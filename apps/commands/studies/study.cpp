@@ -148,13 +148,32 @@ class Study {
   Step compare();
   Step diagnose();
   Step adopt();
-  Step adopt_found(bool is_needed);
+  Step adopt_found(const calibration::DiagnosisRecord& record);
+  std::string robot_in_words(const calibration::DiagnosisRecord& record) const;
   Step calibrate();
   Step plan();
   Step study_again() const;
+  Step do_first(const std::string& what) const;
   /// Errors of the geometry explain most of the error: they come before anything elastic.
   bool is_kinematic() const {
     return !diagnose_.result.value("by_kinematics", io::Json()).is_null();
+  }
+  std::size_t set_aside() const {
+    return diagnose_.result.value("set_aside", io::Json::array()).size();
+  }
+  /// Readings were set aside, and nothing but noise is left of the others.
+  bool is_explained_without_set_aside() const {
+    const io::Json after = diagnose_.result.value("chi_square_after", io::Json());
+    return set_aside() > 0 && after.is_object() &&
+           after.value("p_value", 0.0) > calibration::certain_level;
+  }
+  bool is_of_wrong_columns() const {
+    return diagnose_.result.value("verdict", "") == to_string(calibration::Verdict::unexplained) &&
+           compare_.result.value("unit_error", io::Json()).is_string();
+  }
+  bool scatters_beyond_noise() const {
+    const io::Json test = compare_.result.value("noise_check", io::Json());
+    return test.is_object() && test.value("p_value", 1.0) < calibration::certain_level;
   }
   bool knows_noise() const { return compare_.result.value("noise", "") != "unknown"; }
   bool is_calibrated() const { return adopt_.result["command"] == "calibrate"; }
@@ -164,6 +183,7 @@ class Study {
   io::Json summary(const std::vector<Station>& stations) const;
   io::Json files() const;
   void write_page(const std::vector<Station>& stations) const;
+  std::string remarks() const;
   void print(const std::vector<Station>& stations) const;
   std::string why_inconclusive() const;
 
@@ -259,8 +279,21 @@ Step Study::calibrate() {
   return step;
 }
 
+// The file that was written; of a list of answers with the one that is in it.
+std::string Study::robot_in_words(const calibration::DiagnosisRecord& record) const {
+  if (record.verdict != calibration::Verdict::narrowed_down) return robot_name;
+  std::vector<std::string> effects;
+  for (const calibration::RecordedFinding& found : record.found)
+    effects.push_back(fmt::format(
+        "{} ({})",
+        report::effect_in_words(robot_.without_effects(), found.effect.effect, found.effect.at),
+        report::short_percent(found.probability)));
+  return fmt::format("{} with {}", robot_name, report::listed(effects, "and"));
+}
+
 // What was found, or the stiffnesses alone where nothing is missing; then compared again.
-Step Study::adopt_found(bool is_needed) {
+Step Study::adopt_found(const calibration::DiagnosisRecord& record) {
+  const bool is_needed = record.verdict != calibration::Verdict::none_needed;
   Step step{
       .result = {{"command", "adopt"}}, .picture = {}, .text = {}, .headline = {}, .stations = {}};
   const std::filesystem::path out = files_.file(robot_name);
@@ -281,7 +314,8 @@ Step Study::adopt_found(bool is_needed) {
     step.result["error_over_noise"] = again.nominal.error_over_noise();
   step.text = report::first_screen(calibrated, adopted.summary, "");
   step.headline = report::headline(calibrated, adopted.summary);
-  step.stations = {report::adopted_station(robot_name, again)};
+  step.stations = {report::adopted_station(robot_in_words(record), again,
+                                           is_explained_without_set_aside() ? set_aside() : 0)};
   return step;
 }
 
@@ -289,7 +323,7 @@ Step Study::adopt() {
   const calibration::DiagnosisRecord record = report::read_diagnosis(files_.file(diagnosis_name));
   const bool is_needed = record.verdict != calibration::Verdict::none_needed;
   try {
-    return is_kinematic() ? calibrate() : adopt_found(is_needed);
+    return is_kinematic() ? calibrate() : adopt_found(record);
   } catch (const common::NotIdentifiable& refusal) {
     const std::string headline =
         !is_needed ? "nothing to adopt: nothing was fitted, nothing is missing"
@@ -317,8 +351,20 @@ Step Study::study_again() const {
           .stations = {report::nothing_next_station(what)}};
 }
 
+// What has to be done before readings are any use.
+Step Study::do_first(const std::string& what) const {
+  return {.result = {{"command", "plan"}, {"inputs", inputs()}, {"reason", what}},
+          .picture = {},
+          .text = report::wrapped(what + "."),
+          .headline = what,
+          .stations = {report::nothing_next_station(what)}};
+}
+
 Step Study::plan() {
   if (is_calibrated()) return study_again();
+  if (is_of_wrong_columns())
+    return do_first(
+        "correct that in the table, the campaign file or the robot file, and study again");
   Step step{.result = {{"command", "plan"}, {"inputs", inputs()}},
             .picture = {},
             .text = {},
@@ -330,7 +376,18 @@ Step Study::plan() {
     const bool is_refused =
         record.verdict == calibration::Verdict::identified && adopt_.result.contains("reason");
     const calibration::PlanQuestion question = calibration::question_of(robot_, record, {});
-    if (question.open.empty() && adopt_.result.value("still_fails", false)) return study_again();
+    if (question.open.empty() && adopt_.result.value("still_fails", false)) {
+      if (is_explained_without_set_aside())
+        return do_first(
+            "look at the readings that were set aside, mask what is wrong, and study again");
+      if (record.verdict != calibration::Verdict::none_needed) return study_again();
+      if (scatters_beyond_noise())
+        return do_first("state the noise that repeated readings show, and study again");
+    }
+    if (question.open.empty() && record.verdict == calibration::Verdict::unexplained)
+      return do_first(
+          "look at where the error is, on the page: readings that distinguish effects of the "
+          "catalogue do not find one that it lacks");
     const calibration::Plan plan =
         calibration::plan(robot_, campaign_, question, options, run_.threads(), run_.progress());
     step.result.update(report::to_json(question, options, plan));
@@ -426,8 +483,20 @@ void Study::write_page(const std::vector<Station>& stations) const {
   io::write_atomically(files_.file(page_name), report::page(title, results));
 }
 
+// What qualifies the verdict, as `diagnose` says it below its headline.
+std::string Study::remarks() const {
+  constexpr std::size_t most = 2;
+  std::string text;
+  std::size_t said = 0;
+  for (const io::Json& remark : diagnose_.result.value("remarks", io::Json::array()))
+    if (const auto sentence = remark.get<std::string>();
+        sentence != diagnose_.headline && said++ < most)
+      text += report::wrapped(sentence, 0, 2);
+  return text;
+}
+
 void Study::print(const std::vector<Station>& stations) const {
-  run_.print(report::wrapped(headline()) + "\n" + report::text(stations));
+  run_.print(report::wrapped(headline()) + remarks() + "\n" + report::text(stations));
   if (table_ != nullptr)
     run_.print(fmt::format("campaign: {}\n", files_.file(drafted_campaign_name).string()));
   if (report::has_pages()) run_.print(fmt::format("page: {}\n", files_.file(page_name).string()));

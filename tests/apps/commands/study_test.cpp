@@ -1,10 +1,13 @@
 // First screens of the commands of measurements, and a study from its readings to its page.
+#include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -214,6 +217,60 @@ TEST_F(Study, GoesOnWhereTheNoiseIsNotKnown) {
   ASSERT_EQ(stations.size(), 6u);
   for (const io::Json& station : stations) EXPECT_EQ(station["light"], "open") << station;
   EXPECT_THAT(stations[5]["sentence"].get<std::string>(), HasSubstr("how exact the readings are"));
+}
+
+// The readings of a campaign with some changed.
+void change_readings(const std::function<void(std::size_t row, std::vector<std::string>& cells,
+                                              std::size_t dy, std::size_t dz)>& change) {
+  const std::filesystem::path file = working_folder() / "campaign/readings.csv";
+  std::vector<std::string> lines = lines_of(io::read_text(file));
+  const auto cells_of = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  const std::vector<std::string> names = cells_of(lines[0]);
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  std::string text = lines[0] + "\n";
+  for (std::size_t row = 1; row < lines.size(); ++row) {
+    std::vector<std::string> cells = cells_of(lines[row]);
+    change(row, cells, column("dy"), column("dz"));
+    text += fmt::format("{}\n", fmt::join(cells, ","));
+  }
+  io::write_atomically(file, text);
+}
+
+// One sign is wrong: nothing is adopted, and nothing is to be measured before that is set right.
+TEST_F(Study, AsksToCorrectAColumn) {
+  change_readings([](std::size_t, std::vector<std::string>& cells, std::size_t dy, std::size_t) {
+    cells.at(dy) = fmt::format("{}", -std::stod(cells.at(dy)));
+  });
+  const Outcome outcome = run();
+  EXPECT_THAT(outcome.out, HasSubstr("The readings lie as predicted if 'dy' is -dy"));
+  EXPECT_FALSE(std::filesystem::exists(working_folder() / "study/calibrated.yaml"));
+  const io::Json stations = json_of("study/study.json")["stations"];
+  EXPECT_EQ(stations[3]["light"], "bad");
+  EXPECT_THAT(stations[5]["sentence"].get<std::string>(), HasSubstr("correct that in the table"));
+}
+
+// Gross errors in a campaign that is right but for them: the study does not go in a circle.
+TEST_F(Study, AsksToLookAtWhatWasSetAside) {
+  std::filesystem::remove_all(working_folder() / "campaign");
+  std::filesystem::copy(
+      std::string(KINETOSTAT_SOURCE_DIR) + "/" + measurements + "arm_nothing_hidden",
+      working_folder() / "campaign");
+  change_readings(
+      [](std::size_t row, std::vector<std::string>& cells, std::size_t, std::size_t dz) {
+        if (row % 40 == 17) cells.at(dz) = fmt::format("{}", std::stod(cells.at(dz)) + 0.4);
+      });
+  const Outcome outcome = run();
+  EXPECT_THAT(outcome.out, HasSubstr("set aside, more than 5 standard deviations"));
+  const io::Json stations = json_of("study/study.json")["stations"];
+  EXPECT_THAT(stations[4]["sentence"].get<std::string>(), HasSubstr("set aside"));
+  EXPECT_THAT(stations[5]["sentence"].get<std::string>(), HasSubstr("mask what is wrong"));
 }
 
 TEST_F(Study, NeedsAFolder) {
