@@ -180,6 +180,27 @@ bool move_to_branch_point(Continuation& continuation, Station from, Station to, 
   return true;
 }
 
+// With a moment the tangent is not symmetric, and its symmetric part, which stability goes by, is
+// singular a little beside where the parameter turns: one limit point all the same.
+std::vector<Located> with_folds_whole(Continuation& continuation, const Station& from,
+                                      const Station& to, int idle, std::vector<Located> places) {
+  constexpr double close = 0.02;  // of the step
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (!places[k].turn || places[k].change != 0) continue;
+    for (const std::size_t other : {k - 1, k + 1}) {
+      if (other >= places.size() || places[other].turn ||
+          std::abs(places[other].share - places[k].share) > close)
+        continue;
+      Located alone = places[other];
+      if (move_to_branch_point(continuation, from, to, idle, alone)) continue;
+      places[k].change = places[other].change;
+      places.erase(places.begin() + static_cast<std::ptrdiff_t>(other));
+      break;
+    }
+  }
+  return places;
+}
+
 CriticalKind kind_of(Continuation& continuation, const Station& from, const Station& to, int idle,
                      Located& place) {
   // A smooth law changes in proportion to the width.
@@ -209,6 +230,7 @@ std::vector<CriticalStation> critical_between(Continuation& continuation, const 
   if (places.empty()) return {};
   std::vector<CriticalStation> found;
   const int idle = std::min(idle_directions(continuation, from), idle_directions(continuation, to));
+  places = with_folds_whole(continuation, from, to, idle, std::move(places));
   int unstable = count_negative(from.spectrum);
   for (Located& place : places) {
     CriticalStation critical;

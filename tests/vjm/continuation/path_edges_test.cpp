@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/beam.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/continuation/path.h"
@@ -213,6 +214,48 @@ TEST(PathTarget, LiesBeyondARangeThatEndsBefore) {
 }
 
 // Every shipped robot in several directions: the program ends, and every branch says how.
+// With a moment the symmetric part of the tangent is singular beside the fold: one limit point.
+TEST(PathUnderAMoment, CountsAFoldOnce) {
+  struct Leg {
+    double stiffness;
+    Vector3 base, platform;
+  };
+  const Leg legs[] = {{4.967e7, {0.8164, -1.0223, 0.0209}, {0.1916, -0.0400, 0.0007}},
+                      {4.889e7, {-0.2271, -0.1811, -0.0108}, {0.3092, 0.1090, -0.0152}},
+                      {2.875e7, {-0.8080, -0.0928, -0.0433}, {-0.0366, 0.1081, 0.0581}},
+                      {5.320e7, {1.3292, 0.0903, -0.0176}, {-0.0539, -0.0487, 0.0301}},
+                      {4.631e7, {-0.1125, -0.2672, -0.0528}, {-0.1773, -0.0583, 0.0265}},
+                      {4.731e7, {-0.1563, 0.1928, -0.0119}, {0.1161, 0.0183, 0.0201}}};
+  std::vector<Chain> chains;
+  for (const Leg& leg : legs) {
+    ChainBuilder chain("leg" + std::to_string(chains.size()), Pose::translation(leg.base));
+    chain.passive("ux", Motion::rx).passive("uy", Motion::ry);
+    chain.actuator("l", Motion::tz, leg.stiffness, 0.8);
+    chain.passive("sx", Motion::rx).passive("sy", Motion::ry).passive("sz", Motion::rz);
+    chain.attach(Pose::translation(-leg.platform));
+    chains.push_back(chain.build());
+  }
+  const Manipulator hexapod("hexapod", std::move(chains));
+  const Pose at(spatial::exp_rotation(Vector3(0.1, -0.15, 0.2)), Vector3(0.05, -0.03, 0.75));
+  const PostureResult posture = posture_at(hexapod, at);
+  ASSERT_TRUE(posture.reached) << posture.reason;
+  PathTask task = loaded(Vector3(20e3, -15e3, -60e3));
+  task.growing.moment = Vector3(1e3, 2e3, -3e3);
+  const Path path = trace_from(hexapod, posture.posture, task);
+  const std::vector<PathPoint>& points = path.branches.front().points;
+  int turns = 0;
+  for (std::size_t k = 2; k < points.size(); ++k)
+    turns += (points[k].parameter - points[k - 1].parameter) *
+                         (points[k - 1].parameter - points[k - 2].parameter) <
+                     0
+                 ? 1
+                 : 0;
+  EXPECT_GE(turns, 1);
+  EXPECT_EQ(static_cast<int>(path.critical.size()), turns);
+  for (const CriticalPoint& critical : path.critical)
+    EXPECT_EQ(critical.kind, CriticalKind::limit_point);
+}
+
 class ShippedRobots : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedRobots, AreFollowedInEveryDirection) {
