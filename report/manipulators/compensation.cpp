@@ -216,6 +216,18 @@ Json point_json(const Compensation& point) {
   return json;
 }
 
+// What is taken from its position may turn it further.
+std::string turns_more(const CompensatedPath& result) {
+  const ErrorSize before = size_of(result.points, &Compensation::error, 1);
+  const ErrorSize after = size_of(result.points, &Compensation::residual, 1);
+  constexpr double rounding = 1e-9;  // [rad]
+  if (!(after.largest > 1.01 * before.largest + rounding)) return {};
+  const std::string& unit = result.robot.units.angle;
+  const double factor = spatial::parse_unit(unit).factor;
+  return fmt::format(" It is turned by {} {} at most, instead of {}.",
+                     number(after.largest / factor, 3), unit, number(before.largest / factor, 3));
+}
+
 }  // namespace
 
 std::string headline(const CompensatedPath& result) {
@@ -227,8 +239,10 @@ std::string headline(const CompensatedPath& result) {
   const ErrorSize before = size_of(points, &Compensation::error, 0);
   const ErrorSize after = size_of(points, &Compensation::residual, 0);
   return fmt::format(
-      "With the corrected targets the platform is off by {} {} at most, instead of {} {}.",
-      left(after.largest, before.largest, factor), unit, number(before.largest / factor, 3), unit);
+             "With the corrected targets the platform is off by {} {} at most, instead of {} {}.",
+             left(after.largest, before.largest, factor), unit, number(before.largest / factor, 3),
+             unit) +
+         turns_more(result);
 }
 
 std::string text(const CompensatedPath& result) {
