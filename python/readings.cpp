@@ -174,12 +174,17 @@ void require_known(const std::vector<std::string>& effects, const vjm::Robot& ro
   for (const std::string& kind : effects) (void)vjm::effect_kind(kind, robot.kinds());
 }
 
+// Whether the file of a robot has it as it is.
+bool is_in_its_file(const RobotValue& robot) {
+  const Path& file = robot.robot.file;
+  return std::filesystem::exists(file) && io::read_text(file) == robot.text;
+}
+
 // Fits are kept under the bytes of files: not those of a robot that is in no file, or in a part.
 std::unique_ptr<apps::FitCache> cache_of(const CampaignValue& given, bool wanted) {
   io::Cache folder = wanted ? io::Cache::of_user() : io::Cache();
   const RobotValue& robot = given.robot;
-  if (!folder.enabled() || !robot.kinds.empty() || io::read_text(robot.robot.file) != robot.text)
-    return nullptr;
+  if (!folder.enabled() || !robot.kinds.empty() || !is_in_its_file(robot)) return nullptr;
   return std::make_unique<apps::FitCache>(std::move(folder), robot.robot, given.campaign,
                                           [](const std::string&) {});
 }
@@ -237,7 +242,7 @@ AdoptionValue adopt(const DiagnosisValue& value, const std::string& effect, bool
                     bool stiffnesses_only, bool force) {
   const RobotValue& robot = value.campaign->robot;
   const Path& file = robot.robot.file;
-  if (io::read_text(file) != robot.text)
+  if (!is_in_its_file(robot))
     throw py::value_error(fmt::format(
         "{} has not the robot that was diagnosed: write() that, and diagnose what is read from it",
         file.string()));

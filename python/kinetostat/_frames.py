@@ -15,10 +15,12 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
 
     The columns are those of a table of readings ("fz", "dz [um]", "q1", "session"), and `keys` those of a campaign file:
     units={"length": "m", "force": "N", "angle": "rad"} unless given, displacement="difference", noise={"translation":
-    "15 um"}. Both are written to `folder` (a new temporary one), as campaign.yaml and readings.csv, and read from there."""
+    15e-6} or {"translation": "15 um"}. Both are written to `folder` (a new temporary one), as campaign.yaml and readings.csv, and read from there."""
     folder = os.fspath(folder) if folder is not None else tempfile.mkdtemp(prefix="kinetostat-")
     os.makedirs(folder, exist_ok=True)
     columns = {str(name): list(table[name]) for name in table}
+    if not columns:
+        raise ValueError("there are no columns: give loads and displacements, {'fz': [...], 'dz': [...]}")
     if len({len(values) for values in columns.values()}) != 1:
         raise ValueError("columns differ in length: " + ", ".join(f"{name} {len(v)}" for name, v in columns.items()))
     with open(os.path.join(folder, "readings.csv"), "w", newline="", encoding="utf-8") as file:
@@ -28,7 +30,8 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     file_of_robot = robot.file if isinstance(robot, Robot) else os.fspath(robot)
     content = {"kinetostat": 1, "campaign": "readings in memory", "robot": os.path.abspath(file_of_robot),
                "units": {"length": "m", "force": "N", "angle": "rad"}, "displacement": "difference",
-               **keys, "readings": "readings.csv"}
+               **{key: _with_units(value) if key.endswith("noise") else value for key, value in keys.items()},
+               "readings": "readings.csv"}
     campaign = os.path.join(folder, "campaign.yaml")
     with open(campaign, "w", encoding="utf-8") as file:
         json.dump(content, file, indent=1)  # which is YAML
@@ -39,6 +42,8 @@ def frame_of(value: Union[Campaign, Comparison, Map]) -> Any:
     """A pandas.DataFrame, SI: the readings of a campaign, those of a comparison with what the best model leaves of them
     ("residual dz", and "whitened dz" in units of the noise), or a map, one row a pose."""
     import pandas
+    if not isinstance(value, (Campaign, Comparison, Map)):
+        raise TypeError(f"a campaign, a comparison or a map makes a frame, not {type(value).__name__}")
     if not isinstance(value, Comparison):
         return pandas.DataFrame(value.columns())
     frame = pandas.DataFrame(value.campaign.columns())
@@ -46,6 +51,15 @@ def frame_of(value: Union[Campaign, Comparison, Map]) -> Any:
         for column, component in enumerate(value.campaign.components):
             frame[f"{kind} {component}"] = rows[:, column]
     return frame
+
+
+def _with_units(noise: Any) -> Any:
+    """Plain numbers are SI, which campaign files want said."""
+    if not isinstance(noise, Mapping):
+        return noise
+    units = {"translation": "m", "rotation": "rad", "force": "N", "moment": "N m"}
+    return {key: f"{value!r} {units[key]}" if isinstance(value, (int, float)) and key in units else value
+            for key, value in noise.items()}
 
 
 def _is_missing(value: Any) -> bool:

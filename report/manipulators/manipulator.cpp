@@ -346,11 +346,17 @@ Json to_json(const Robot& robot, const vjm::Assembly& a) {
 }
 
 Json provenance(const Robot& robot) {
-  const auto entry = [](const std::filesystem::path& file) {
-    return Json{{"file", file.string()}, {"sha256", io::sha256(io::read_text(file))}};
+  const auto sha256_of = [](const std::filesystem::path& file) {
+    return io::sha256(io::read_text(file));
   };
-  Json json{{"name", robot.name}, {"robot", entry(robot.file)}, {"links", Json::array()}};
-  for (const auto& file : robot.link_files) json["links"].push_back(entry(file));
+  const auto entry = [](const std::filesystem::path& file, const std::string& sha256) {
+    return Json{{"file", file.string()}, {"sha256", sha256}};
+  };
+  Json json{
+      {"name", robot.name},
+      {"robot", entry(robot.file, robot.sha256.empty() ? sha256_of(robot.file) : robot.sha256)},
+      {"links", Json::array()}};
+  for (const auto& file : robot.link_files) json["links"].push_back(entry(file, sha256_of(file)));
   return json;
 }
 

@@ -254,6 +254,14 @@ class Readings(unittest.TestCase):
             with self.assertRaises(ValueError):
                 ks.campaign_of({"fz": [1, 2], "dz": [1]}, source("data/robots/bench.yaml"), folder=folder)
 
+    def test_a_robot_that_is_in_no_file_is_compared_and_diagnosed(self):
+        text = pathlib.Path(source("data/robots/bench.yaml")).read_text()
+        robot = ks.Robot.parse(text, "/nowhere/bench.yaml")
+        readings = {"fz": [0.0, 100, 200, 300, -100, -200], "dz": [0.0, 1e-4, 2e-4, 3e-4, -1e-4, -2e-4]}
+        campaign = ks.campaign_of(readings, robot, noise={"translation": 1e-6})
+        for found in (ks.compare(campaign), ks.diagnose(campaign, ["friction"], draws=50)):
+            self.assertEqual(found.result["inputs"]["robot"]["sha256"], hashlib.sha256(text.encode()).hexdigest())
+
     def test_frames_hold_readings_and_what_is_left_of_them(self):
         campaign = ks.Campaign.read(source(PAPER_CAMPAIGN))
         frame = ks.frame_of(campaign)

@@ -13,6 +13,7 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
@@ -829,7 +830,9 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
 
 Robot parse_robot(const std::string& text, const std::filesystem::path& file,
                   const LinkOptions& options) {
-  return robot_of(io::parse_yaml(text, file), file, options);
+  Robot robot = robot_of(io::parse_yaml(text, file), file, options);
+  robot.sha256 = io::sha256(text);
+  return robot;
 }
 
 Robot with_values(const Robot& robot, const Eigen::VectorXd& values) {

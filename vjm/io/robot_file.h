@@ -64,6 +64,7 @@ struct Robot {
   std::vector<UncertaintySource> sources = {};  // of uncertainty, in the order of reading
   Eigen::MatrixXd correlation = {};             // of the sources, square
   std::shared_ptr<const RobotText> text = {};   // what it was read from
+  std::string sha256 = {};                      // of that, where it may be in no file
 
   /// The catalogue, then its own.
   EffectKinds kinds() const;
