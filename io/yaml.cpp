@@ -499,7 +499,7 @@ spatial::Pose read_pose(const YamlNode& node, const UnitSystem& units) {
   const bool axes = node.has("x") || node.has("y") || node.has("z");
   if (node.has("rpy") + node.has("rotation_vector") + axes > 1)
     node.fail("the rotation is given in more than one way",
-              "Keep one of rpy, rotation_vector, axes");
+              "Keep one of rpy, rotation_vector, or axes as two of x, y and z");
   Vector3 point = Vector3::Zero();
   if (const auto given = node.find("point"))
     point = given->vector3(spatial::dimension::length, units);

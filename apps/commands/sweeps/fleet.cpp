@@ -109,6 +109,9 @@ io::Json fleet(const FleetRequest& request, Run& run) {
     throw UsageError("--baseline", "one or two values say too little of how others spread",
                      "Give 3 or more");
   MemberList list = read_fleet(request.files);
+  if (request.baseline > list.members.size())
+    throw UsageError("--baseline", fmt::format("there are {} values", list.members.size()),
+                     "Give at most so many");
   const report::Fleet found =
       report::make_fleet(std::move(list.name), std::move(list.members), request.baseline);
   run.print(report::wrapped(headline(found)) + "\n" + text(found));
