@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -88,25 +88,31 @@ double left(double product, double measured, double predicted) {
   return 1 - product * product / (measured * predicted);
 }
 
+// Of one session: the squared error beside the frame that fits best, and of what is read.
+std::pair<double, double> squares_beside_frame(const Translations& t, std::size_t session) {
+  std::vector<Vector3> predicted, measured;
+  for (std::size_t i = 0; i < t.sessions.size(); ++i) {
+    if (t.sessions[i] != session) continue;
+    predicted.push_back(t.predicted[i]);
+    measured.push_back(t.measured[i]);
+  }
+  const spatial::Vector6 frame = frame_between(predicted, measured);
+  const Matrix3 turn = spatial::exp_rotation(frame.tail<3>());
+  double rest = 0, all = 0;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    rest += (measured[i] - frame.head<3>() - turn * predicted[i]).squaredNorm();
+    all += measured[i].squaredNorm();
+  }
+  return {rest, all};
+}
+
 // The same where each session has a frame of its own.
 double left_beside_frames(const Translations& t) {
   double rest = 0, all = 0;
-  for (std::size_t s = 0; s < t.sessions.size(); ++s) {
-    if (std::find(t.sessions.begin(), t.sessions.begin() + static_cast<std::ptrdiff_t>(s),
-                  t.sessions[s]) != t.sessions.begin() + static_cast<std::ptrdiff_t>(s))
-      continue;
-    std::vector<Vector3> predicted, measured;
-    for (std::size_t i = s; i < t.sessions.size(); ++i) {
-      if (t.sessions[i] != t.sessions[s]) continue;
-      predicted.push_back(t.predicted[i]);
-      measured.push_back(t.measured[i]);
-    }
-    const spatial::Vector6 frame = frame_between(predicted, measured);
-    const Matrix3 turn = spatial::exp_rotation(frame.tail<3>());
-    for (std::size_t i = 0; i < predicted.size(); ++i) {
-      rest += (measured[i] - frame.head<3>() - turn * predicted[i]).squaredNorm();
-      all += measured[i].squaredNorm();
-    }
+  for (const std::size_t session : std::set(t.sessions.begin(), t.sessions.end())) {
+    const auto [of_rest, of_all] = squares_beside_frame(t, session);
+    rest += of_rest;
+    all += of_all;
   }
   return all > 0 ? rest / all : 1;
 }
@@ -178,16 +184,22 @@ std::vector<SignedAxes> signed_axes(const std::array<bool, 3>& is_read) {
   return all;
 }
 
-// Columns of the displacement. An axis is believed to be moved where it makes up some of what is
-// read and predicted, follows that pattern, and has one that no other axis has.
-void try_readings(const Translations& t, Slip& best) {
-  const Matrix3 mp = moments(t.measured, t.predicted), mm = moments(t.measured, t.measured),
-                pp = moments(t.predicted, t.predicted);
-  const auto follows = [](double product, double a, double b) {
+// How the axes that are read go with those that are predicted.
+struct AxisMoments {
+  Matrix3 mp, mm, pp;  // measured, predicted
+
+  explicit AxisMoments(const Translations& t)
+      : mp(moments(t.measured, t.predicted)),
+        mm(moments(t.measured, t.measured)),
+        pp(moments(t.predicted, t.predicted)) {}
+
+  static bool follows(double product, double a, double b) {
     constexpr double same = 0.9;
     return a > 0 && b > 0 && product > same * std::sqrt(a * b);
-  };
-  const auto is_believed = [&](const SignedAxes& axes, Index j) {
+  }
+  // An axis is believed to be another one where it makes up some of what is read and predicted,
+  // follows that pattern, and no other axis has that pattern.
+  bool believes(const SignedAxes& axes, Index j) const {
     const auto n = static_cast<std::size_t>(j);
     const Index k = axes.of[n];
     if (mm(j, j) < least_of_a_column * mm.trace() || pp(k, k) < least_of_a_column * pp.trace())
@@ -195,16 +207,22 @@ void try_readings(const Translations& t, Slip& best) {
     for (Index other = 0; other < 3; ++other)
       if (other != k && follows(std::abs(pp(k, other)), pp(k, k), pp(other, other))) return false;
     return follows(axes.sign[n] * mp(j, k), mm(j, j), pp(k, k));
-  };
+  }
+};
+
+// Columns of the displacement.
+void try_readings(const Translations& t, Slip& best) {
+  const AxisMoments of(t);
   for (const SignedAxes& axes : signed_axes(t.is_read)) {
     double product = 0;
     bool believed = true;
     for (Index j = 0; j < 3; ++j) {
       const auto n = static_cast<std::size_t>(j);
-      product += axes.sign[n] * mp(j, axes.of[n]);
-      believed = believed && (!axes.moves(j) || is_believed(axes, j));
+      product += axes.sign[n] * of.mp(j, axes.of[n]);
+      believed = believed && (!axes.moves(j) || of.believes(axes, j));
     }
-    if (believed) take_better({axes.phrase("d"), left(product, mm.trace(), pp.trace())}, best);
+    if (believed)
+      take_better({axes.phrase("d"), left(product, of.mm.trace(), of.pp.trace())}, best);
   }
 }
 
@@ -325,41 +343,54 @@ void exchange_joints(Campaign& campaign, const std::string& a, const std::string
       std::swap(configuration.joints.at(a), configuration.joints.at(b));
 }
 
+// Counts the other way, or from elsewhere.
+void try_joint(const Trial& trial, const std::string& joint, const JointInTable& in_table,
+               Slip& best) {
+  const auto with = [&](const std::string& phrase, const std::function<double(double)>& change) {
+    trial.run(
+        phrase, [&](Campaign& changed) { change_joint(changed, joint, change); }, best);
+  };
+  with(fmt::format("'{}' counts the other way", in_table.column), [](double q) { return -q; });
+  for (const int zero : {90, -90, 180})
+    if (in_table.turns)
+      with(fmt::format("'{}' has its zero {} deg elsewhere", in_table.column, std::abs(zero)),
+           [zero](double q) { return q + zero * M_PI / 180; });
+}
+
+void try_exchanged_joints(const Trial& trial, const Campaign& campaign,
+                          const std::vector<std::string>& turning, Slip& best) {
+  const auto column = [&](std::size_t j) { return campaign.joint_columns.at(turning[j]).column; };
+  for (std::size_t a = 0; a < turning.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      trial.run(
+          fmt::format("'{}' and '{}' are exchanged", column(b), column(a)),
+          [&](Campaign& changed) { exchange_joints(changed, turning[a], turning[b]); }, best);
+}
+
+void try_units_of_joints(const Trial& trial, const std::vector<std::string>& turning, Slip& best) {
+  if (turning.empty()) return;
+  for (const auto& [factor, phrase] :
+       {std::pair{180 / M_PI, "the joints are in rad"}, {M_PI / 180, "the joints are in deg"}})
+    trial.run(
+        phrase,
+        [&turning, factor = factor](Campaign& changed) {
+          for (const std::string& joint : turning)
+            change_joint(changed, joint, [factor](double q) { return factor * q; });
+        },
+        best);
+}
+
 // In a few postures another one may do as well by chance.
 void try_joints(const Trial& trial, const Campaign& campaign, Slip& best) {
   constexpr std::size_t fewest_postures = 5;
   if (campaign.configurations.size() < fewest_postures) return;
   std::vector<std::string> turning;
   for (const auto& [joint, in_table] : campaign.joint_columns) {
-    const std::string column = in_table.column;
-    const auto with = [&, joint = joint](const std::string& phrase,
-                                         const std::function<double(double)>& change) {
-      trial.run(
-          phrase, [&](Campaign& changed) { change_joint(changed, joint, change); }, best);
-    };
-    with(fmt::format("'{}' counts the other way", column), [](double q) { return -q; });
-    if (!in_table.turns) continue;
-    turning.push_back(joint);
-    for (const int zero : {90, -90, 180})
-      with(fmt::format("'{}' has its zero {} deg elsewhere", column, std::abs(zero)),
-           [zero](double q) { return q + zero * M_PI / 180; });
+    try_joint(trial, joint, in_table, best);
+    if (in_table.turns) turning.push_back(joint);
   }
-  for (std::size_t a = 0; a < turning.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b)
-      trial.run(
-          fmt::format("'{}' and '{}' are exchanged", campaign.joint_columns.at(turning[b]).column,
-                      campaign.joint_columns.at(turning[a]).column),
-          [&](Campaign& changed) { exchange_joints(changed, turning[a], turning[b]); }, best);
-  for (const auto& [factor, phrase] :
-       {std::pair{180 / M_PI, "the joints are in rad"}, {M_PI / 180, "the joints are in deg"}})
-    if (!turning.empty())
-      trial.run(
-          phrase,
-          [&turning, factor = factor](Campaign& changed) {
-            for (const std::string& joint : turning)
-              change_joint(changed, joint, [factor](double q) { return factor * q; });
-          },
-          best);
+  try_exchanged_joints(trial, campaign, turning, best);
+  try_units_of_joints(trial, turning, best);
 }
 
 }  // namespace

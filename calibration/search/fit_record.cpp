@@ -136,7 +136,8 @@ class Members {
   }
   void one(BaseFit& fit) {
     auto& [parameters, zeros, frames, targets, covariance, error_source, weak, loss, weights,
-           predicted, work, model, at, squared_error, values, iterations, is_settled, estimated] = fit;
+           predicted, work, model, at, squared_error, values, iterations, is_settled, estimated] =
+        fit;
     (*this)(parameters, zeros, frames, targets, covariance, error_source, weak, loss, weights,
             predicted, work, model, at, squared_error, values, iterations, is_settled, estimated);
   }

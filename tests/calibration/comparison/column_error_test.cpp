@@ -136,7 +136,7 @@ TEST(ColumnError, AFrameOfThePlatformIsNamed) {
   EXPECT_THAT(laboratory.slip(displacements), HasSubstr("'displacement_frame: platform'"));
 }
 
-// A zero of a joint that any effect could make up for: it is not adopted all the same.
+// A joint that counts from elsewhere, which other effects could make up for.
 TEST(ColumnError, NoEffectStandsBesideIt) {
   Arm laboratory;
   laboratory.options().displacement = DisplacementKind::absolute;
