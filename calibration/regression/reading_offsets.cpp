@@ -48,6 +48,29 @@ std::vector<std::size_t> later_sessions(const Campaign& campaign) {
   return result;
 }
 
+// Within a load cycle, and to its end: where differences are counted anew for each.
+void add_slips_of_cycles(const vjm::Effect& effect, const Campaign& campaign,
+                         std::vector<vjm::Effect>& slips) {
+  const Index session = value_that_names(*effect.kind, vjm::NamesReadings::session);
+  const Index time = value_that_names(*effect.kind, vjm::NamesReadings::time);
+  const Index cycle = value_that_names(*effect.kind, vjm::NamesReadings::cycle);
+  if (campaign.displacement != DisplacementKind::difference) return;
+  const std::vector<vjm::ReadingMoment> moments = moments_of(campaign);
+  const std::vector<Cycle> cycles = cycles_as_run(campaign);
+  for (std::size_t c = 0; c < cycles.size() && cycles.size() > 1; ++c) {
+    std::vector<std::size_t> used;
+    for (const std::size_t r : cycles[c])
+      if (is_used(campaign.readings[r]) && campaign.readings[r].time) used.push_back(r);
+    for (std::size_t k = 1; k + fewest <= used.size(); ++k) {
+      if (moments[used[k]].time == moments[used[k - 1]].time) continue;
+      vjm::Effect& slip = slips.emplace_back(effect);
+      slip.values[session] = moments[used[k]].session;
+      slip.values[time] = moments[used[k]].time;
+      slip.values[cycle] = static_cast<double>(c + 1);
+    }
+  }
+}
+
 // Within a session, and between two.
 std::vector<vjm::Effect> slips(const vjm::Effect& effect, const Campaign& campaign) {
   const Index session = value_that_names(*effect.kind, vjm::NamesReadings::session);
@@ -65,6 +88,7 @@ std::vector<vjm::Effect> slips(const vjm::Effect& effect, const Campaign& campai
     slip.values[session] = static_cast<double>(number + 1);
     slip.values[time] = 0;
   }
+  add_slips_of_cycles(effect, campaign, result);
   return result;
 }
 
@@ -104,6 +128,10 @@ std::vector<vjm::Effect> bad_cycles(const vjm::Effect& effect, const Campaign& c
 }
 
 }  // namespace
+
+bool is_of_cycles(const vjm::EffectKind& kind) {
+  return value_that_names(kind, vjm::NamesReadings::session) < 0;
+}
 
 std::vector<vjm::ReadingMoment> moments_of(const Campaign& campaign) {
   std::vector<vjm::ReadingMoment> moments(campaign.readings.size());
@@ -161,9 +189,8 @@ void add_offsets(const Campaign& campaign, const PlatformAxes& axes,
 
 std::vector<vjm::Effect> placements(const vjm::Effect& effect, const Campaign& campaign,
                                     const PlatformAxes& axes) {
-  const bool is_of_cycles = value_that_names(*effect.kind, vjm::NamesReadings::cycle) >= 0;
   std::vector<vjm::Effect> all =
-      is_of_cycles ? bad_cycles(effect, campaign) : slips(effect, campaign);
+      is_of_cycles(*effect.kind) ? bad_cycles(effect, campaign) : slips(effect, campaign);
   const Index value = value_that_names(*effect.kind, vjm::NamesReadings::axes);
   if (value >= 0 && turns(campaign, axes)) add_those_that_turn(value, all);
   return all;

@@ -9,6 +9,9 @@
 
 namespace kinetostat::calibration {
 
+/// Whether an effect is of whole load cycles, whenever they are; else from some moment on.
+bool is_of_cycles(const vjm::EffectKind& kind);
+
 /// Of every reading. Sessions and cycles are numbered in the order of Campaign::sessions and of
 /// cycles_as_run().
 std::vector<vjm::ReadingMoment> moments_of(const Campaign& campaign);
@@ -41,9 +44,10 @@ void add_offsets(const Campaign& campaign, const PlatformAxes& axes,
 
 /// The effect at all readings that it may name, in the order of time: from a reading of a session
 /// on whose readings all have a time, with three at least before and after; each of three or more
-/// load cycles with three readings or more. Only readings in use count. What may turn along with
-/// the platform does so in as many more where the platform turns by 0.02 rad at least. Empty where
-/// there are none.
+/// load cycles with three readings or more; in differences also from a reading within a cycle to
+/// its end, with one before it and three from it on. Only readings in use count. What may turn
+/// along with the platform does so in as many more where the platform turns by 0.02 rad at least.
+/// Empty where there are none.
 std::vector<vjm::Effect> placements(const vjm::Effect& effect, const Campaign& campaign,
                                     const PlatformAxes& axes);
 

@@ -85,6 +85,20 @@ TEST_P(OffsetReadings, AreThoseAfterATargetHasSlipped) {
               testing::ContainsRegex("from reading 'r[45].' of session 'pm' on"));
 }
 
+// Differences that each cycle counts anew: the rest of the third one, from its fifth reading on.
+TEST_P(OffsetReadings, AreThoseOfTheRestOfACycle) {
+  Bench bench(GetParam());
+  const Campaign campaign = off_by(bench.pushed(), 22, 27, 20e-6, -14e-6);
+  const Diagnosis d = bench.diagnose(campaign, {});
+  EXPECT_EQ(d.verdict, Verdict::identified) << said(d);
+  const FoundEffect* slip = found(d, "target_slip");
+  ASSERT_NE(slip, nullptr) << said(d);
+  EXPECT_EQ(slip->candidate.effect.values[9], 3);
+  EXPECT_NEAR(slip->candidate.effect.values[0], 20e-6, 4 * slip->deviations[0]);
+  EXPECT_THAT(report::headline(bench.robot(), campaign, d),
+              testing::ContainsRegex("from reading 'r2[123]'.* to the end of cycle"));
+}
+
 // Read in poses that turn, a target in its own axes, an instrument in the axes of the readings.
 TEST_P(OffsetReadings, OfATargetTurnWithItAndOfAnInstrumentDoNot) {
   for (const bool turns : {true, false}) {

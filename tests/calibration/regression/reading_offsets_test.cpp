@@ -56,11 +56,17 @@ std::vector<std::pair<double, double>> added(const vjm::Effect& effect, const Ca
 }
 
 TEST(ReadingOffsets, AreOfOneSessionFromATimeOn) {
-  const auto of = added(effect("target_slip", {2, 180, 0}), two_sessions());
+  const auto of = added(effect("target_slip", {2, 180, 0, 0}), two_sessions());
   for (std::size_t r = 0; r < of.size(); ++r) {
     EXPECT_NEAR(of[r].first, r >= 11 ? 5 : 0, 1e-9) << r;
     EXPECT_NEAR(of[r].second, r >= 11 ? 1 : 0, 1e-12) << r;
   }
+}
+
+TEST(ReadingOffsets, AreOfTheRestOfACycle) {
+  const auto of = added(effect("target_slip", {1, 300, 0, 2}), two_sessions());
+  for (std::size_t r = 0; r < of.size(); ++r)
+    EXPECT_NEAR(of[r].first, r >= 5 && r < 8 ? 5 : 0, 1e-9) << r;
 }
 
 TEST(ReadingOffsets, AreOfOneCycle) {
@@ -75,7 +81,8 @@ TEST(ReadingOffsets, AreOfOneCycle) {
 TEST(ReadingOffsets, DoNotDependOnTheOrderOfRows) {
   Campaign turned = two_sessions();
   std::reverse(turned.readings.begin(), turned.readings.end());
-  for (const vjm::Effect& one : {effect("target_slip", {2, 180, 0}), effect("cycle_offset", {2})}) {
+  for (const vjm::Effect& one :
+       {effect("target_slip", {2, 180, 0, 0}), effect("cycle_offset", {2})}) {
     const auto there = added(one, two_sessions());
     auto back = added(one, turned);
     std::reverse(back.begin(), back.end());
@@ -87,13 +94,17 @@ TEST(ReadingOffsets, DoNotDependOnTheOrderOfRows) {
 // between two sessions whether they have or not.
 TEST(ReadingOffsets, AreTriedWhereReadingsCanTell) {
   Campaign campaign = two_sessions();
-  const std::vector<vjm::Effect> slips = placements(effect("target_slip", {1, 1, 0}), campaign, {});
-  ASSERT_EQ(slips.size(), 7u);  // before the readings 3, 4 and 5 of either session, and the second
-  EXPECT_EQ(slips[0].values.tail(3), Eigen::Vector3d(1, 180, 0));
-  EXPECT_EQ(slips[5].values.tail(3), Eigen::Vector3d(2, 300, 0));
-  EXPECT_EQ(slips[6].values.tail(3), Eigen::Vector3d(2, 0, 0));
+  const std::vector<vjm::Effect> slips =
+      placements(effect("target_slip", {1, 1, 0, 0}), campaign, {});
+  // Before the readings 3, 4 and 5 of either session, and the second, and reading 1 of each cycle.
+  ASSERT_EQ(slips.size(), 11u);
+  EXPECT_EQ(slips[0].values.tail(4), Eigen::Vector4d(1, 180, 0, 0));
+  EXPECT_EQ(slips[5].values.tail(4), Eigen::Vector4d(2, 300, 0, 0));
+  EXPECT_EQ(slips[6].values.tail(4), Eigen::Vector4d(2, 0, 0, 0));
+  EXPECT_EQ(slips[7].values.tail(4), Eigen::Vector4d(1, 60, 0, 1));
+  EXPECT_EQ(slips[10].values.tail(4), Eigen::Vector4d(2, 300, 0, 4));
   campaign.readings[9].time.reset();
-  EXPECT_EQ(placements(effect("target_slip", {1, 1, 0}), campaign, {}).size(), 4u);
+  EXPECT_EQ(placements(effect("target_slip", {1, 1, 0, 0}), campaign, {}).size(), 7u);
   EXPECT_EQ(placements(effect("cycle_offset", {1}), campaign, {}).size(), 4u);
   campaign.readings[0].masked = campaign.readings[1].masked = true;
   EXPECT_EQ(placements(effect("cycle_offset", {1}), campaign, {}).size(), 3u);
@@ -112,8 +123,8 @@ TEST(ReadingOffsets, OfATargetTurnWithThePlatform) {
   for (int r = 0; r < 12; ++r)
     plan += fmt::format("r{0},a,{0},{1},{2}\n", r, 0.4 * r, 0.9 - 0.1 * r);
   const Campaign campaign = links.measure(plan, "target_point: [30, -20, 80]\n");
-  Eigen::VectorXd values(9);
-  values << 2e-4, -1e-4, 3e-4, 1e-4, 2e-4, -1e-4, 1, 5, 1;
+  Eigen::VectorXd values(10);
+  values << 2e-4, -1e-4, 3e-4, 1e-4, 2e-4, -1e-4, 1, 5, 1, 0;
   const vjm::Manipulator& bare = links.robot().manipulator;
   const vjm::Effect slip = vjm::test::effect(bare, "target_slip", "sensor",
                                              {values.data(), values.data() + values.size()});
@@ -146,7 +157,8 @@ TEST(ReadingOffsets, TurnAlongWhereThePlatformTurns) {
   const auto count = [](const test::TwoLinks& lab, const Campaign& campaign) {
     common::Progress silent;
     const Predictor predictor(lab.robot().manipulator, campaign, 1, silent);
-    return placements(effect("target_slip", {1, 1, 0}), campaign, predictor.platform_axes()).size();
+    return placements(effect("target_slip", {1, 1, 0, 0}), campaign, predictor.platform_axes())
+        .size();
   };
   EXPECT_EQ(count(links, links.measure(turning)), 2u);
   test::TwoLinks others(1);

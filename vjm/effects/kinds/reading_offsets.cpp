@@ -44,25 +44,33 @@ class TargetSlip : public ReadingOffset {
     summary = "the target or the instrument slips once, in a session or before it";
     law =
         "read = u + [x, y, z, rx, ry, rz] in the session of that number, counted from 1, from "
-        "`time` after its first reading on (0: of all that session); of each number that is read "
-        "by itself, or, with "
-        "turns_along = 1, of the platform in its own axes";
+        "`time` after its first reading on (0: of all that session), to its end or to that of a "
+        "load "
+        "cycle of that number (0: none), after which differences are counted anew; of each number "
+        "that is read by itself, or, with turns_along = 1, of the platform in its own axes";
     source =
         "a shift in the mean at an unknown time: Page, Continuous inspection schemes, Biometrika "
         "41 "
         "(1954) 100; Hinkley, Biometrika 57 (1970) 1";
     signature =
-        "all readings of a session are off by one constant from one moment on, which turns with "
-        "the platform where it is the target that has slipped";
+        "all readings of a session, or the rest of a cycle that is zeroed by itself, are off by "
+        "one "
+        "constant from one moment on, which turns with the platform where it is the target that "
+        "has "
+        "slipped";
     confuser = "session_drift, at few readings; cycle_offset, in the last cycle of a session";
     add_name("session", spatial::dimension::none, NamesReadings::session, *this);
     add_name("time", spatial::dimension::time, NamesReadings::time, *this);
     add_name("turns_along", spatial::dimension::none, NamesReadings::axes, *this);
     parameters.back().upper = 1;
     parameters.back().required = false;
+    add_name("cycle", spatial::dimension::none, NamesReadings::cycle, *this);
+    parameters.back().required = false;
   }
   bool is_off(const ReadingMoment& reading, const Eigen::VectorXd& values) const override {
-    return reading.session == values[first_of_names] && reading.time >= values[first_of_names + 1];
+    const double cycle = values[first_of_names + 3];
+    return reading.session == values[first_of_names] &&
+           reading.time >= values[first_of_names + 1] && (cycle == 0 || reading.cycle == cycle);
   }
   bool turns_along(const Eigen::VectorXd& values) const override {
     return values[first_of_names + 2] != 0;
