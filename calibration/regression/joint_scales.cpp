@@ -213,6 +213,7 @@ vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator
   scales.turn = change_or_usual(campaign, spatial::dimension::angle, scales.turn);
   find_loads(campaign, scales);
   scales.tell_lag = tell_lag(campaign, noise);
+  scales.differences = campaign.displacement == DisplacementKind::difference;
   const PlatformAxes axes = nominal.platform_axes();
   scales.slips = placements(usual_offset("target_slip"), campaign, axes).size();
   scales.cycles = placements(usual_offset("cycle_offset"), campaign, axes).size();

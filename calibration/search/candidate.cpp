@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/regression/reading_offsets.h"
 #include "kinetostat/calibration/search/usual_values.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 
@@ -81,7 +82,7 @@ int commands_of(const vjm::EffectSite& site, const vjm::Manipulator& bare,
 
 // In how many ways an effect may be of some readings only.
 std::size_t readings_named(const vjm::EffectKind& kind, const vjm::ReadingScales& scales) {
-  const bool of_cycles = kind.parameters.back().names_readings == vjm::NamesReadings::cycle;
+  const bool of_cycles = is_of_cycles(kind);
   return of_cycles ? scales.cycles : scales.slips;
 }
 
@@ -94,7 +95,9 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                       .at = place,
                       .sites = vjm::effect_sites(*kind, bare, place),
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
-  if (has(robot, candidate.effect) || (kind->lags_behind && !scales.tell_lag)) return std::nullopt;
+  if (has(robot, candidate.effect) || (kind->lags_behind && !scales.tell_lag) ||
+      (kind->is_of_gauges && !scales.differences))
+    return std::nullopt;
   const bool is_asked_more = kind->balances_weight || kind->least_commands > 1;
   if (is_asked_more &&
       std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
@@ -180,9 +183,10 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
             ? fmt::format("no joint with a spring is at {} or more commands in these readings",
                           kind->least_commands)
         : kind->offsets_readings
-            ? std::string(kind->parameters.back().names_readings == vjm::NamesReadings::cycle
+            ? std::string(is_of_cycles(*kind)
                               ? "there are no three load cycles of three readings each"
                               : "no session has six readings or more that all have a time")
+        : kind->is_of_gauges ? "it is an error of gauges, and these readings are poses"
         : kind->lags_behind
             ? "the readings do not move along several lines and back, and so look the same with "
               "friction in a joint"

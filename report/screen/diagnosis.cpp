@@ -118,12 +118,13 @@ std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& 
   std::vector<Value> shown;
   for (const Value& value : values)
     if (value.significance > stands_out && shown.size() < most) shown.push_back(value);
-  // A size below its own error is none that is known.
-  if (shown.empty() && !values.empty() && !(values.front().significance < 1))
+  // A size below its own error is none that is known, nor is the first of several that need not be.
+  const bool leads = found.candidate.effect.kind->parameters.front().required;
+  if (shown.empty() && leads && !values.empty() && !(values.front().significance < 1))
     shown.push_back(values.front());
   if (shown.empty()) return {};
   const std::vector<std::string> designs = designs_in_words(robot, found);
-  if (shown.size() == 1 && shown.front().name == values.front().name && designs.empty())
+  if (leads && shown.size() == 1 && shown.front().name == values.front().name && designs.empty())
     return shown.front().text;
   std::vector<std::string> words;
   words.reserve(shown.size());
@@ -145,8 +146,16 @@ std::string readings_in_words(const calibration::Campaign& campaign, const vjm::
   const calibration::Reading& reading = campaign.readings[*first];
   const std::string& session = campaign.sessions[reading.session];
   const std::string of = session.empty() ? "" : fmt::format(" of session '{}'", session);
-  const bool is_cycle = effect.kind->parameters.back().names_readings == vjm::NamesReadings::cycle;
-  return is_cycle ? fmt::format(" in cycle '{}'{}", reading.cycle, of)
+  // A slip within a cycle ends with it.
+  bool ends = false;
+  for (std::size_t r = 0; r < moments.size(); ++r)
+    ends |= moments[r].session == moments[*first].session &&
+            moments[r].time > moments[*first].time &&
+            !effect.kind->is_off(moments[r], effect.values);
+  return calibration::is_of_cycles(*effect.kind)
+             ? fmt::format(" in cycle '{}'{}", reading.cycle, of)
+         : ends ? fmt::format(" from reading '{}'{} to the end of cycle '{}'", reading.id, of,
+                              reading.cycle)
          : moments[*first].time == 0  // of its session
              ? fmt::format(" in all{}, as if the instrument or the target had been moved before it",
                            of)

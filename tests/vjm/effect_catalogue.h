@@ -59,6 +59,7 @@ inline Bench parallel_bench() {
            make("bearing_compliance", "x.rho", {1e-8, 0, 2e-7}),
            make("bearing_compliance", "y.u1.Ry", {2e-8, 1e-8, 3e-6}),
            make("base_compliance", "z.base", {1e-8, 3e-7}),
+           make("base_tilt", "z.base", {3e-7, 1e-7, 2e-7}),
            make("platform_compliance", "end", {2e-8, 1e-6}),
            make("geometric_error", "y.foot", {1e-4, -2e-4, 1.5e-4, 4e-4, -3e-4, 2e-4}),
            make("thermal_expansion", "leg", {2.3e-5, 21, 15}),
@@ -87,14 +88,16 @@ inline Bench parallel_bench() {
            make("wrench_gain", "load", {1.05}),
            make("wrench_misalignment", "load", {0.03, -0.02, 0.04}),
            make("wrench_zero", "load", {20, -30, 10, 2, 3, -4}),
+           make("wrench_channel_gain", "load", {0.05, -0.03, 0.02, 0.04, -0.02, 0.03}),
            make("wrench_saturation", "load", {2e-7, 3e-6}),
            make("application_point", "load", {2e-3, -3e-3, 1e-3}),
            make("sensor_frame", "sensor", {1e-3, 2e-3, -1e-3, 0.02, -0.01, 0.03}),
            make("sensor_scale", "sensor", {2e-3}),
+           make("sensor_axis_scale", "sensor", {2e-3, -1e-3, 3e-3}),
            make("target_lever_arm", "sensor", {0.03, -0.02, 0.05}),
            make("session_drift", "sensor", {3e-9, -2e-9, 1e-9, 4e-9, 2e-9, -1e-9, 0.7}),
            make("gauge_play", "sensor", {3e-6, 2e-6, 4e-6, 1e-5, 2e-5, 1e-5}),
-           make("target_slip", "sensor", {2e-6, -1e-6, 3e-6, 1e-5, -2e-5, 1e-5, 1, 2000, 1}),
+           make("target_slip", "sensor", {2e-6, -1e-6, 3e-6, 1e-5, -2e-5, 1e-5, 1, 2000, 1, 0}),
            make("cycle_offset", "sensor", {2e-6, -1e-6, 3e-6, 1e-5, -2e-5, 1e-5, 3})}};
 }
 
@@ -114,6 +117,7 @@ inline Bench arm_bench() {
            make("bearing_compliance", "arm.q4", {1e-8, 2e-8, 1e-7}),
            make("bearing_compliance", "shoulder.q2", {1e-8, 1e-8, 1e-7}),
            make("base_compliance", "carousel.base", {1e-8, 1e-7}),
+           make("base_tilt", "carousel.base", {3e-8, 1e-7, 6e-8}),
            make("platform_compliance", "arm.end", {3e-8, 3e-7}),
            make("geometric_error", "arm.upper_arm", {1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 2e-3}),
            make("thermal_expansion", "arm.forearm", {1.2e-5, 22, 0}),
@@ -138,14 +142,16 @@ inline Bench arm_bench() {
            make("wrench_gain", "load", {0.95}),
            make("wrench_misalignment", "load", {0.03, -0.02, 0.04}),
            make("wrench_zero", "load", {20, -30, 10, 2, 3, -4}),
+           make("wrench_channel_gain", "load", {0.05, -0.03, 0.02, 0.04, -0.02, 0.03}),
            make("wrench_saturation", "load", {2e-7, 3e-6}),
            make("application_point", "load", {2e-3, -3e-3, 1e-3}),
            make("sensor_frame", "sensor", {1e-3, 2e-3, -1e-3, 0.02, -0.01, 0.03}),
            make("sensor_scale", "sensor", {2e-3}),
+           make("sensor_axis_scale", "sensor", {2e-3, -1e-3, 3e-3}),
            make("target_lever_arm", "sensor", {0.03, -0.02, 0.05}),
            make("session_drift", "sensor", {3e-8, -2e-8, 1e-8, 4e-8, 2e-8, -1e-8, 0.7}),
            make("gauge_play", "sensor", {5e-5, 8e-5, 6e-5, 5e-5, 4e-5, 5e-5}),
-           make("target_slip", "sensor", {5e-5, -8e-5, 6e-5, 5e-5, 4e-5, -5e-5, 1, 1500, 0}),
+           make("target_slip", "sensor", {5e-5, -8e-5, 6e-5, 5e-5, 4e-5, -5e-5, 1, 1500, 0, 0}),
            make("cycle_offset", "sensor", {5e-5, -8e-5, 6e-5, 5e-5, 4e-5, -5e-5, 5})}};
 }
 

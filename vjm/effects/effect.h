@@ -90,6 +90,7 @@ struct ReadingScales {
   /// They move in several directions and back, so that an instrument which lags behind does not
   /// look like a joint with friction.
   bool tell_lag = true;
+  bool differences = true;  // what is read; else poses
   /// Between how many readings a target may have slipped; how many cycles may be off.
   std::size_t slips = 1, cycles = 1;
 };
@@ -247,6 +248,8 @@ class EffectKind {
   /// The instrument lags behind what it looks at: all that it does is lag(), of each number that is
   /// read by itself, along a cycle. Its values are one an axis: x, y, z, rx, ry, rz.
   bool lags_behind = false;
+  /// Of gauges, which read differences: what reads poses has no such error.
+  bool is_of_gauges = false;
   /// All that it does is to add its first six values to what is read along x, y, z, rx, ry, rz in
   /// those readings that are off.
   bool offsets_readings = false;

@@ -20,26 +20,32 @@ ReadingErrors& ReadingErrors::operator+=(const ReadingErrors& tangent) {
   wrench_rotation += tangent.wrench_rotation;
   wrench_zero += tangent.wrench_zero;
   wrench_curvature += tangent.wrench_curvature;
+  wrench_channels += tangent.wrench_channels;
   wrench_point += tangent.wrench_point;
   sensor += tangent.sensor;
   sensor_scale += tangent.sensor_scale;
+  sensor_axes += tangent.sensor_axes;
   target += tangent.target;
   return *this;
 }
 
-bool ReadingErrors::is_none() const {
-  return reads_load() && sensor.isZero(0) && sensor_scale == 0 && target.isZero(0);
+bool ReadingErrors::is_none() const { return reads_load() && reads_pose(); }
+
+bool ReadingErrors::reads_pose() const {
+  return sensor.isZero(0) && sensor_scale == 0 && sensor_axes.isZero(0) && target.isZero(0);
 }
 
 bool ReadingErrors::reads_load() const {
   return wrench_gain == 1 && wrench_rotation.isZero(0) && wrench_point.isZero(0) &&
-         wrench_zero.isZero(0) && wrench_curvature.isZero(0);
+         wrench_zero.isZero(0) && wrench_curvature.isZero(0) && wrench_channels.isZero(0);
 }
 
 Vector6 ReadingErrors::from_cell(const Load& stated, const ReadingErrors& of) {
   Vector6 result;
   result << of.wrench_curvature[0] * stated.force.squaredNorm() * stated.force,
       of.wrench_curvature[1] * stated.moment.squaredNorm() * stated.moment;
+  result.head<3>() += of.wrench_channels.head<3>().cwiseProduct(stated.force);
+  result.tail<3>() += of.wrench_channels.tail<3>().cwiseProduct(stated.moment);
   const bool is_loaded = !stated.force.isZero(0) || !stated.moment.isZero(0);
   return is_loaded ? Vector6(result + of.wrench_zero) : result;
 }
@@ -74,17 +80,17 @@ Vector6 ReadingErrors::wrench_derivative(const Load& stated, const Pose& platfor
 }
 
 Pose ReadingErrors::observed(const Pose& platform) const {
-  if (sensor.isZero(0) && sensor_scale == 0 && target.isZero(0)) return platform;
-  const Pose seen(platform.rotation(), (1 + sensor_scale) * (platform * target));
+  if (reads_pose()) return platform;
+  const Pose seen(platform.rotation(), scale().cwiseProduct(platform * target));
   return spatial::displaced(Pose(), sensor) * seen;
 }
 
 Vector6 ReadingErrors::observed_motion(const Pose& platform, const Vector6& motion) const {
-  if (sensor.isZero(0) && sensor_scale == 0 && target.isZero(0)) return motion;
+  if (reads_pose()) return motion;
   const Matrix3 turn = spatial::exp_rotation(sensor.tail<3>());
   const Vector3 arm = platform.rotation() * target, spin = motion.tail<3>();
   Vector6 result;
-  result << (1 + sensor_scale) * (turn * (motion.head<3>() + spin.cross(arm))), turn * spin;
+  result << turn * scale().cwiseProduct(motion.head<3>() + spin.cross(arm)), turn * spin;
   return result;
 }
 
@@ -93,10 +99,10 @@ Vector6 ReadingErrors::observed_derivative(const Pose& platform,
   const Pose frame = spatial::displaced(Pose(), sensor);
   const Vector3 spin = spatial::left_jacobian(sensor.tail<3>()) * tangent.sensor.tail<3>();
   const Vector3 seen = platform * target;
-  const Vector3 moved =
-      tangent.sensor_scale * seen + (1 + sensor_scale) * (platform.rotation() * tangent.target);
+  const Vector3 moved = tangent.sensor_scale * seen + tangent.sensor_axes.cwiseProduct(seen) +
+                        scale().cwiseProduct(platform.rotation() * tangent.target);
   Vector6 result;
-  result << tangent.sensor.head<3>() + (1 + sensor_scale) * spin.cross(frame.rotation() * seen) +
+  result << tangent.sensor.head<3>() + spin.cross(frame.rotation() * scale().cwiseProduct(seen)) +
                 frame.rotation() * moved,
       spin;
   return result;

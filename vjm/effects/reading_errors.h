@@ -16,9 +16,12 @@ struct ReadingErrors {
   /// acts, per square of the force [1/N^2] and of the moment [1/(N m)^2] that are read.
   spatial::Vector6 wrench_zero = spatial::Vector6::Zero();
   Eigen::Vector2d wrench_curvature = Eigen::Vector2d::Zero();
+  /// Share by which each of its six numbers is read too small, base axes.
+  spatial::Vector6 wrench_channels = spatial::Vector6::Zero();
   spatial::Vector3 wrench_point = spatial::Vector3::Zero();  // from the stated one, platform [m]
   spatial::Vector6 sensor = spatial::Vector6::Zero();  // displacement of all that is read [m; rad]
   double sensor_scale = 0;  // of positions, less one: from the origin of the base
+  spatial::Vector3 sensor_axes = spatial::Vector3::Zero();  // the same of each coordinate
   spatial::Vector3 target = spatial::Vector3::Zero();  // what is read on the platform, its axes [m]
 
   /// All zero: the start of a derivative.
@@ -33,7 +36,7 @@ struct ReadingErrors {
                                      const ReadingErrors& tangent) const;
 
   /// The pose that is read: [exp(sensor rotation), sensor translation] * platform * target, its
-  /// position first times 1 + sensor_scale.
+  /// position first times scale().
   spatial::Pose observed(const spatial::Pose& platform) const;
   /// Change [translation; rotation increment] of the pose that is read with such a change of the
   /// platform's, and with the errors at a given platform.
@@ -44,6 +47,10 @@ struct ReadingErrors {
 
  private:
   bool reads_load() const;  // as it acts
+  bool reads_pose() const;  // of the platform as it stands
+  spatial::Vector3 scale() const {
+    return spatial::Vector3::Constant(1 + sensor_scale) + sensor_axes;
+  }
   /// What acts more than is stated, of a load cell [force; moment].
   static spatial::Vector6 from_cell(const Load& stated, const ReadingErrors& of);
 };

@@ -15,8 +15,10 @@ const sketches = {
     link_compliance: curveOf((x) => 1.6 * x),
     bearing_compliance: curveOf((x) => 1.6 * x),
     base_compliance: curveOf((x) => 1.6 * x),
+    base_tilt: curveOf((x) => 1.6 * x),
     platform_compliance: curveOf((x) => 1.6 * x),
     wrench_gain: curveOf((x) => 1.4 * x),
+    wrench_channel_gain: curveOf((x) => 1.4 * x),
     wrench_misalignment: curveOf((x) => 0.6 * x),
     application_point: curveOf((x) => 1.4 * x),
     target_lever_arm: curveOf((x) => 1.4 * x),
@@ -42,6 +44,7 @@ const sketches = {
     payload: curveOf((x) => -0.9 * Math.cos(1.4 * x)),
     sensor_frame: curveOf((x) => 0.4 + 0.5 * x),
     sensor_scale: curveOf((x) => 0.9 * x),
+    sensor_axis_scale: curveOf((x) => 0.9 * x),
   },
   joint: {
     eccentricity: curveOf((x) => 0.9 * Math.sin(9 * x)),

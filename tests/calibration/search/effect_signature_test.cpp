@@ -199,8 +199,8 @@ std::string axis_of(const vjm::Effect& effect) {
   if (effect.at.size() < 2 || effect.at[1] != '.') return {};
   const std::string place = effect.at.substr(2);
   const std::string& kind = effect.kind->name;
-  if (place == "base" || (place == "rho" && kind != "bearing_compliance"))
-    return effect.at.substr(0, 1);
+  if (kind == "bearing_compliance" || kind == "base_tilt") return {};  // they turn it as well
+  if (place == "base" || place == "rho") return effect.at.substr(0, 1);
   return {};
 }
 

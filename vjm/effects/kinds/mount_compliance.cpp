@@ -1,4 +1,6 @@
 // What a chain stands on, and what it carries, yield: foundation and pedestal; flange and tool.
+#include <array>
+
 #include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
@@ -49,6 +51,38 @@ class MountCompliance : public EffectKind {
   std::string element_;
 };
 
+// Turns alone, about each axis by a compliance of its own.
+class MountTilt : public EffectKind {
+ public:
+  MountTilt() {
+    for (const char* axis : {"x", "y", "z"})
+      parameters.push_back({.name = axis,
+                            .linear = compliance::angular,
+                            .angular = compliance::angular,
+                            .lower = 0,
+                            .upper = 1,
+                            .prior_sd = 0.1,
+                            .prior_unit = PriorUnit::soft_compliance,
+                            .required = false});
+  }
+
+  void act(ChainModifier& modifier, const std::string&, const EffectInput& input) const override {
+    for (std::size_t k = 0; k < turns.size(); ++k)
+      modifier.add_compliance_behind("base", name_of(turns[k]), turns[k],
+                                     input.values[static_cast<Eigen::Index>(k)]);
+  }
+
+  void differentiate(ChainColumns& columns, const std::string&, const EffectInput&) const override {
+    for (std::size_t k = 0; k < turns.size(); ++k)
+      columns.add_compliance_behind(static_cast<Eigen::Index>(k), "base", name_of(turns[k]),
+                                    turns[k], 1);
+  }
+
+ private:
+  static constexpr std::array turns = {Motion::rx, Motion::ry, Motion::rz};
+  static std::string name_of(Motion motion) { return "tilt at base." + to_string(motion); }
+};
+
 }  // namespace
 }  // namespace mount_compliance_kind
 
@@ -62,6 +96,21 @@ Kind base_compliance() {
   kind->signature =
       "the whole robot moves; rotations grow with the moment about the base, so with reach";
   kind->confuser = "joint_compliance of the first joint";
+  kind->place = EffectPlace::base;
+  return kind;
+}
+
+Kind base_tilt() {
+  auto kind = std::make_shared<mount_compliance_kind::MountTilt>();
+  kind->name = "base_tilt";
+  kind->effect_class = EffectClass::compliance;
+  kind->summary = "what a chain stands on tilts, about each axis by a compliance of its own";
+  kind->law = "turn = [x Mx, y My, z Mz] about the axes of the base frame of the chain";
+  kind->source = "foundation of a machine on bolts or feet: Rivin, Stiffness and Damping, 1999";
+  kind->signature = "the whole robot turns with the moment about the base, more about one axis";
+  kind->confuser =
+      "base_compliance, which tilts alike about all axes; bearing_compliance of the "
+      "first joint";
   kind->place = EffectPlace::base;
   return kind;
 }

@@ -107,6 +107,27 @@ Kind wrench_zero() {
   return kind;
 }
 
+Kind wrench_channel_gain() {
+  auto kind = vector_error(&ReadingErrors::wrench_channels);
+  kind->name = "wrench_channel_gain";
+  kind->effect_class = EffectClass::load;
+  kind->summary = "channels of the load cell have gains of their own";
+  kind->law =
+      "F = F read + [fx Fx, fy Fy, fz Fz], M = M read + [mx Mx, my My, mz Mz], base axes: each a "
+      "share of what is read";
+  kind->source = "sensitivities of a multi-component force transducer: ISO 376, channel by channel";
+  kind->signature =
+      "displacements under loads along one axis, or under moments, too large or too small in one "
+      "proportion, wherever the robot stands";
+  kind->confuser =
+      "wrench_gain, under loads along one axis; base_tilt and sensor_axis_scale, by which some "
+      "directions seem softer as well";
+  kind->place = EffectPlace::load;
+  for (const char* name : {"fx", "fy", "fz", "mx", "my", "mz"})
+    kind->parameters.push_back(optional_parameter(name, spatial::dimension::none, 0.9, 0.02));
+  return kind;
+}
+
 Kind wrench_saturation() {
   auto kind = vector_error(&ReadingErrors::wrench_curvature);
   kind->name = "wrench_saturation";
