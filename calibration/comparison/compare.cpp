@@ -253,6 +253,23 @@ std::vector<std::string> doubts_about(const BaseFit& fit) {
   return doubts;
 }
 
+// The best so far where a fit does not come to rest, unless readings in other units are why.
+BaseFit fit_as_far_as_it_goes(const Predictor& predictor, const Campaign& campaign,
+                              const Noise& noise, const std::vector<Parameter>& parameters,
+                              Loss loss, common::Progress& progress) {
+  BaseFitOptions options{.loss = loss, .few_states = true};
+  const auto fit = [&] {
+    return fit_base(predictor, campaign, noise, parameters, progress, options);
+  };
+  try {
+    return with_hint_of_unit_error(predictor, campaign, progress, fit);
+  } catch (const common::NoConvergence&) {
+    if (!unit_error(campaign, predictor, progress).empty()) throw;
+    options.accept_unsettled = true;
+    return fit();
+  }
+}
+
 std::string unit_or_column_error(const vjm::Robot& robot, const Campaign& campaign,
                                  const Assessment& nominal, int threads,
                                  common::Progress& progress) {
@@ -340,10 +357,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   const auto fit = [&](const std::vector<Parameter>& parameters) {
     know({}, nullptr);
     const auto once = [&] {
-      return with_hint_of_unit_error(predictor, to_fit, progress, [&] {
-        return fit_base(predictor, to_fit, evidence.noise, parameters, progress,
-                        {.loss = loss, .few_states = true, .accept_unsettled = true});
-      });
+      return fit_as_far_as_it_goes(predictor, to_fit, evidence.noise, parameters, loss, progress);
     };
     BaseFit result = once();
     // What the noise of the wrenches does depends on the compliance that was fitted, and on where
