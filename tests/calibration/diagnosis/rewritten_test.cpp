@@ -117,19 +117,19 @@ Diagnosis diagnosed(const Campaign& campaign, const Writing& w) {
   return diagnose(robot, read, {.kinds = {}, .draws = 199}, 2, silent);
 }
 
-void expect_same(const Diagnosis& a, const Diagnosis& b) {
+void expect_same(const Diagnosis& a, const Diagnosis& b, double within) {
   EXPECT_EQ(to_string(a.verdict), to_string(b.verdict));
   ASSERT_EQ(a.found.size(), b.found.size());
   for (std::size_t f = 0; f < a.found.size(); ++f) {
-    EXPECT_NEAR(a.found[f].probability, b.found[f].probability, 0.01);
+    EXPECT_NEAR(a.found[f].probability, b.found[f].probability, within);
     const std::vector<Answer>&one = a.found[f].decision.answers,
           &other = b.found[f].decision.answers;
     ASSERT_FALSE(one.empty() || other.empty());
     EXPECT_EQ(one[0].effect_class, other[0].effect_class);
     EXPECT_EQ(one[0].places.size(), other[0].places.size());
     EXPECT_EQ(a.found[f].candidate.effect.kind->name, b.found[f].candidate.effect.kind->name);
-    EXPECT_NEAR(a.found[f].decision.nothing, b.found[f].decision.nothing, 0.01);
-    EXPECT_NEAR(a.found[f].decision.unexplained, b.found[f].decision.unexplained, 0.01);
+    EXPECT_NEAR(a.found[f].decision.nothing, b.found[f].decision.nothing, within);
+    EXPECT_NEAR(a.found[f].decision.unexplained, b.found[f].decision.unexplained, within);
   }
 }
 
@@ -143,7 +143,9 @@ class Rewritten : public testing::TestWithParam<Hidden> {
     ASSERT_EQ(plain_.found.size(), 1u);
     EXPECT_EQ(plain_.found[0].candidate.effect.kind->name, GetParam().kind);
   }
-  void expect_same_as(const Writing& w) const { expect_same(plain_, diagnosed(campaign_, w)); }
+  void expect_same_as(const Writing& w, double within = 0.01) const {
+    expect_same(plain_, diagnosed(campaign_, w), within);
+  }
 
   Campaign campaign_;
   Diagnosis plain_;
@@ -162,9 +164,11 @@ TEST_P(Rewritten, InOtherUnits) {
                   .units = "length: in, force: lbf, angle: mrad, time: h"});
 }
 
+// Gains of channels are those of axes in which is read, and these are others now.
 TEST_P(Rewritten, WithTheBaseElsewhere) {
   expect_same_as(
-      {.base = spatial::Pose(spatial::exp_rotation(Vector3(0.7, -1.1, 0.4)), Vector3(3, -2, 11))});
+      {.base = spatial::Pose(spatial::exp_rotation(Vector3(0.7, -1.1, 0.4)), Vector3(3, -2, 11))},
+      0.03);
 }
 
 TEST_P(Rewritten, WithOtherNames) {
