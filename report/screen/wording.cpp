@@ -222,7 +222,8 @@ std::string effect_in_words(const vjm::Manipulator& manipulator, const std::stri
   std::string words = kind;
   std::replace(words.begin(), words.end(), '_', ' ');
   if (at == "load" || at == "sensor" || at.empty()) return words;
-  return words + " at " + place_in_words(manipulator, at);
+  const std::string place = place_in_words(manipulator, at);
+  return place == "the base" && kind.starts_with("base_") ? words : words + " at " + place;
 }
 
 std::string length_unit_for(double length, const std::string& own) {
