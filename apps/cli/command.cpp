@@ -174,8 +174,6 @@ std::string page_sentence(const char* sort) {
 // The page of the reference that describes a file with a mistake in it, by what the file says that
 // it is; empty where none does.
 std::string page_about(const common::InputError& error) {
-  // What is wrong with the file as a whole is no matter of its keys.
-  if (error.details().line == 0 && error.details().key.empty()) return {};
   const std::filesystem::path& file = error.details().file;
   const std::string extension = file.extension().string();
   const bool text = extension == ".csv" || extension == ".tsv" || extension == ".txt";
