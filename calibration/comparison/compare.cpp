@@ -273,7 +273,7 @@ BaseFit fit_as_far_as_it_goes(const Predictor& predictor, const Campaign& campai
 std::string unit_or_column_error(const vjm::Robot& robot, const Campaign& campaign,
                                  const Assessment& nominal, int threads,
                                  common::Progress& progress) {
-  const std::string of_units = unit_error(campaign, nominal.fit.predicted);
+  std::string of_units = unit_error(campaign, nominal.fit.predicted);
   if (!of_units.empty()) return of_units;
   return column_error(robot, campaign, nominal.fit.predicted, threads, progress);
 }

@@ -43,6 +43,7 @@ std::vector<std::size_t> later_sessions(const Campaign& campaign) {
   for (const Reading& reading : campaign.readings) used[reading.session] += is_used(reading);
   std::erase_if(used, [](const auto& session) { return session.second < fewest; });
   std::vector<std::size_t> result;
+  result.reserve(used.size());
   for (const auto& [session, count] : used) result.push_back(session);
   if (!result.empty()) result.erase(result.begin());
   return result;
