@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -237,22 +239,34 @@ void try_mirrored(const Translations& t, Slip& best) {
               best);
 }
 
-// Some of its readings, which are enough to see a pattern.
+// Some of its readings, which are enough to see a pattern, and the postures that these need.
 Campaign thinned(const Campaign& campaign) {
   constexpr std::size_t enough = 400;
   const std::size_t stride = 1 + (campaign.readings.size() - 1) / enough;
   Campaign thin = campaign;
   thin.readings.clear();
-  for (std::size_t i = 0; i < campaign.readings.size(); i += stride)
-    thin.readings.push_back(campaign.readings[i]);
+  thin.configurations.clear();
+  std::map<std::size_t, std::size_t> numbers;  // of configurations, by those that they had
+  for (std::size_t i = 0; i < campaign.readings.size(); i += stride) {
+    Reading& reading = thin.readings.emplace_back(campaign.readings[i]);
+    const auto [at, is_new] = numbers.emplace(reading.configuration, thin.configurations.size());
+    if (is_new) thin.configurations.push_back(campaign.configurations[reading.configuration]);
+    reading.configuration = at->second;
+  }
   return thin;
 }
 
-// A campaign that is changed, and what is left of it beside predictions of its own.
+// A campaign that is changed, and what is left of it beside predictions of its own: over what the
+// same predictions leave of it as it is, in which a target or a zero was not fitted either.
 class Trial {
  public:
-  Trial(const vjm::Robot& robot, const Campaign& campaign, int threads, common::Progress& progress)
-      : robot_(robot), campaign_(thinned(campaign)), threads_(threads), progress_(progress) {}
+  Trial(const vjm::Robot& robot, const Campaign& campaign, double before, int threads,
+        common::Progress& progress)
+      : robot_(robot), campaign_(thinned(campaign)), threads_(threads), progress_(progress) {
+    const std::optional<double> as_it_is = left_of(campaign_);
+    scale_ =
+        as_it_is && *as_it_is > 0 ? before / *as_it_is : std::numeric_limits<double>::infinity();
+  }
 
   // Axes of the platform to base axes, one a reading.
   std::vector<Matrix3> platform_axes() const {
@@ -266,26 +280,39 @@ class Trial {
   void run(std::string phrase, const std::function<void(Campaign&)>& change, Slip& best) const {
     Campaign changed = campaign_;
     change(changed);
-    try {
-      const Predictor predictor(robot_.without_effects(), robot_.effects, changed, threads_,
-                                progress_);
-      const Predictions predictions = predictor.predict({}, {}, false, progress_);
-      if (predictions.failure) return;
-      take_better({std::move(phrase), left(changed, {changed, predictions.displacement})}, best);
-    } catch (const common::InputError&) {
-      return;  // a posture that cannot be reached: it is not that
-    }
+    if (const std::optional<double> rest = left_of(changed))
+      take_better({std::move(phrase), scale_ * *rest}, best);
   }
 
  private:
+  // None where the model fails or a posture cannot be reached: it is not that.
+  std::optional<double> left_of(const Campaign& campaign) const {
+    try {
+      const Predictor predictor(robot_.without_effects(), robot_.effects, campaign, threads_,
+                                progress_);
+      const Predictions predictions = predictor.predict({}, {}, false, progress_);
+      if (predictions.failure) return std::nullopt;
+      return left(campaign, {campaign, predictions.displacement});
+    } catch (const common::InputError&) {
+      return std::nullopt;
+    }
+  }
+
   const vjm::Robot& robot_;
   Campaign campaign_;
   int threads_;
   common::Progress& progress_;
+  double scale_ = 1;
 };
 
+// By weights, which hang down whatever the columns say.
+bool has_known_loads(const Campaign& campaign) {
+  return std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                     [](const Reading& reading) { return reading.known_load; });
+}
+
 // Wrenches and displacements that are in the axes of the platform, and not those stated.
-void try_platform_axes(const Trial& trial, Slip& best) {
+void try_platform_axes(const Trial& trial, const Campaign& campaign, Slip& best) {
   const std::vector<Matrix3> axes = trial.platform_axes();
   const auto with = [&](const char* phrase, const auto& turn) {
     trial.run(
@@ -295,23 +322,25 @@ void try_platform_axes(const Trial& trial, Slip& best) {
         },
         best);
   };
-  with("the wrenches are in axes of the platform ('wrench_frame: platform')",
-       [](const Matrix3& turn, Reading& reading) {
-         reading.load.force = (turn * reading.load.force).eval();
-         reading.load.moment = (turn * reading.load.moment).eval();
-       });
+  if (!has_known_loads(campaign))
+    with("the wrenches are in axes of the platform ('wrench_frame: platform')",
+         [](const Matrix3& turn, Reading& reading) {
+           reading.load.force = (turn * reading.load.force).eval();
+           reading.load.moment = (turn * reading.load.moment).eval();
+         });
+  if (campaign.observation.platform_axes) return;
+  const Matrix3 to_frame = campaign.observation.frame.rotation().transpose();
   with("the displacements are in axes of the platform ('displacement_frame: platform')",
-       [](const Matrix3& turn, Reading& reading) {
-         reading.displacement.head<3>() = (turn * reading.displacement.head<3>()).eval();
+       [&](const Matrix3& turn, Reading& reading) {
+         reading.displacement.head<3>() = (to_frame * turn * reading.displacement.head<3>()).eval();
        });
 }
 
 void try_forces(const Trial& trial, const Campaign& campaign, Slip& best) {
+  if (has_known_loads(campaign)) return;
   std::array<bool, 3> acts{};
-  for (const Reading& reading : campaign.readings) {
-    if (reading.known_load) return;  // weights hang down
+  for (const Reading& reading : campaign.readings)
     for (Index k = 0; k < 3; ++k) acts[static_cast<std::size_t>(k)] |= reading.load.force[k] != 0;
-  }
   if (std::count(acts.begin(), acts.end(), true) < 2) return;
   for (const SignedAxes& axes : signed_axes(acts)) {
     if (axes.moved() > 2) continue;
@@ -410,12 +439,12 @@ std::string column_error(const vjm::Robot& robot, const Campaign& campaign,
     try_mirrored(as_given, best);
   else
     try_readings(as_given, best);
-  const Trial trial(robot, campaign, threads, progress);
+  const Trial trial(robot, campaign, before, threads, progress);
   const bool is_absolute = campaign.displacement == DisplacementKind::absolute;
   constexpr double worth_a_trial = 0.02;
   if (!is_absolute && before > worth_a_trial) {
     try_forces(trial, campaign, best);
-    try_platform_axes(trial, best);
+    try_platform_axes(trial, campaign, best);
   }
   if (is_absolute || before > worth_a_trial) try_joints(trial, campaign, best);
   if (best.left > most_left || best.left > better * before) return {};
