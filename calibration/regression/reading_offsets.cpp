@@ -49,6 +49,19 @@ std::vector<std::size_t> later_sessions(const Campaign& campaign) {
   return result;
 }
 
+// Whether a slip at that moment is tried for the whole session, which ends with the same cycle.
+bool is_slip_of_session(const Campaign& campaign, const std::vector<vjm::ReadingMoment>& moments,
+                        const vjm::ReadingMoment& slip) {
+  std::size_t before = 0;
+  for (std::size_t r = 0; r < moments.size(); ++r) {
+    if (!is_used(campaign.readings[r]) || moments[r].session != slip.session) continue;
+    if (!campaign.readings[r].time) return false;
+    if (moments[r].time >= slip.time && moments[r].cycle != slip.cycle) return false;
+    before += moments[r].time < slip.time;
+  }
+  return before >= fewest;
+}
+
 // Within a load cycle, and to its end: where differences are counted anew for each.
 void add_slips_of_cycles(const vjm::Effect& effect, const Campaign& campaign,
                          std::vector<vjm::Effect>& slips) {
@@ -62,8 +75,13 @@ void add_slips_of_cycles(const vjm::Effect& effect, const Campaign& campaign,
     std::vector<std::size_t> used;
     for (const std::size_t r : cycles[c])
       if (is_used(campaign.readings[r]) && campaign.readings[r].time) used.push_back(r);
+    std::stable_sort(used.begin(), used.end(), [&](std::size_t a, std::size_t b) {
+      return moments[a].time < moments[b].time;
+    });
     for (std::size_t k = 1; k + fewest <= used.size(); ++k) {
-      if (moments[used[k]].time == moments[used[k - 1]].time) continue;
+      if (moments[used[k]].time == moments[used[k - 1]].time ||
+          is_slip_of_session(campaign, moments, moments[used[k]]))
+        continue;
       vjm::Effect& slip = slips.emplace_back(effect);
       slip.values[session] = moments[used[k]].session;
       slip.values[time] = moments[used[k]].time;
