@@ -1,7 +1,9 @@
 // Parameters that were declared uncertain, but are not identifiable from the readings at hand.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinetostat/calibration/campaign/noise.h"
@@ -48,16 +50,24 @@ bool strays_from_design(const BaseFit& fit);
 template <class Fit, class MayBelieve>
 BaseFit fit_near_design(std::vector<Parameter> parameters, const Fit& fit,
                         const MayBelieve& may_believe) {
+  std::optional<BaseFit> alone;
   try {
-    BaseFit result = fit(parameters);
-    const bool stands = result.is_settled && !strays_from_design(result);
-    if (stands || !may_believe() || !believe_design(parameters)) return result;
+    alone = fit(parameters);
   } catch (const common::NotIdentifiable&) {
     if (!may_believe() || !believe_design(parameters)) throw;
+    return fit(parameters);
   } catch (const common::NoConvergence&) {
     if (!may_believe() || !believe_design(parameters)) throw;
+    return fit(parameters);
   }
-  return fit(parameters);
+  const bool stands = alone->is_settled && !strays_from_design(*alone);
+  if (stands || !may_believe() || !believe_design(parameters)) return *std::move(alone);
+  try {
+    return fit(parameters);
+  } catch (const common::NotIdentifiable&) {
+  } catch (const common::NoConvergence&) {
+  }
+  return *std::move(alone);
 }
 
 }  // namespace kinetostat::calibration
