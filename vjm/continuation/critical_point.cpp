@@ -180,6 +180,13 @@ bool move_to_branch_point(Continuation& continuation, Station from, Station to, 
   return true;
 }
 
+// Whether a law is another one behind a place; one that is smooth changes in proportion to the
+// width.
+bool is_contact(Continuation& continuation, const Located& place) {
+  return continuation.equations().law_differs(place.before.at, place.after.at,
+                                              1e-3 + 10 * place.width);
+}
+
 // With a moment the tangent is not symmetric, and its symmetric part, which stability goes by, is
 // singular a little beside where the parameter turns: one limit point all the same.
 std::vector<Located> with_folds_whole(Continuation& continuation, const Station& from,
@@ -189,12 +196,14 @@ std::vector<Located> with_folds_whole(Continuation& continuation, const Station&
     if (!places[k].turn || places[k].change != 0) continue;
     for (const std::size_t other : {k - 1, k + 1}) {
       if (other >= places.size() || places[other].turn ||
-          std::abs(places[other].share - places[k].share) > close)
+          std::abs(places[other].share - places[k].share) > close ||
+          is_contact(continuation, places[other]))
         continue;
       Located alone = places[other];
       if (move_to_branch_point(continuation, from, to, idle, alone)) continue;
       places[k].change = places[other].change;
       places.erase(places.begin() + static_cast<std::ptrdiff_t>(other));
+      if (other < k) --k;
       break;
     }
   }
@@ -203,10 +212,7 @@ std::vector<Located> with_folds_whole(Continuation& continuation, const Station&
 
 CriticalKind kind_of(Continuation& continuation, const Station& from, const Station& to, int idle,
                      Located& place) {
-  // A smooth law changes in proportion to the width.
-  const double jump = 1e-3 + 10 * place.width;
-  if (continuation.equations().law_differs(place.before.at, place.after.at, jump))
-    return CriticalKind::contact;
+  if (is_contact(continuation, place)) return CriticalKind::contact;
   if (place.turn && !move_to_branch_point(continuation, from, to, idle, place))
     return CriticalKind::limit_point;
   return CriticalKind::bifurcation;
