@@ -2,6 +2,7 @@
 
 import csv
 import json
+import numbers
 import os
 import tempfile
 from typing import Any, Mapping, Optional, Union
@@ -58,7 +59,7 @@ def _with_units(noise: Any) -> Any:
     if not isinstance(noise, Mapping):
         return noise
     units = {"translation": "m", "rotation": "rad", "force": "N", "moment": "N m"}
-    return {key: f"{value!r} {units[key]}" if isinstance(value, (int, float)) and key in units else value
+    return {key: f"{float(value)!r} {units[key]}" if isinstance(value, numbers.Real) and key in units else value
             for key, value in noise.items()}
 
 
