@@ -68,6 +68,10 @@ std::string unit_error_of(double factor, bool rotations) {
       {1 / 25.4, false, "inch taken for mm"},
       {1e3, false, "um taken for mm, or wrenches in kN for N"},
       {1e-3, false, "mm taken for um or m for mm, or wrenches in N for kN"},
+      {9.80665, false, "wrenches in kgf for N"},
+      {1 / 9.80665, false, "wrenches in N for kgf"},
+      {9.80665, true, "wrenches in kgf m for N m"},
+      {1 / 9.80665, true, "wrenches in N m for kgf m"},
       {1e3, true, "mrad taken for rad, or wrenches in kN m for N m"},
       {1e-3, true, "rad taken for mrad, or wrenches in N mm for N m"},
   };

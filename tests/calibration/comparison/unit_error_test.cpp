@@ -81,6 +81,7 @@ TEST(UnitError, IsSeenByItsFactorAndSign) {
   EXPECT_THAT(Scaled(1e-3, {2}).slip(), HasSubstr("as of mm taken for um"));
   EXPECT_THAT(Scaled(25.4, {0}).slip(), HasSubstr("as of mm taken for inch"));
   EXPECT_THAT(Scaled(180 / M_PI, {3, 4, 5}).slip(), HasSubstr("as of deg taken for rad"));
+  EXPECT_THAT(Scaled(9.8, {0, 1, 2}).slip(), HasSubstr("as of wrenches in kgf for N"));
   EXPECT_THAT(Scaled(-1, {0, 1, 2}).slip(), HasSubstr("against the predicted ones"));
   EXPECT_THAT(Scaled(100, {0, 1, 2}).slip(),
               HasSubstr("times the predicted ones, in the same pattern"));
