@@ -262,46 +262,54 @@ class Trial {
  public:
   Trial(const vjm::Robot& robot, const Campaign& campaign, double before, int threads,
         common::Progress& progress)
-      : robot_(robot), campaign_(thinned(campaign)), threads_(threads), progress_(progress) {
-    const std::optional<double> as_it_is = left_of(campaign_);
+      : robot_(robot),
+        campaign_(thinned(campaign)),
+        threads_(threads),
+        progress_(progress),
+        as_it_is_(predictor_of(campaign_)) {
+    const std::optional<double> as_it_is = left_of(as_it_is_, campaign_);
     scale_ =
         as_it_is && *as_it_is > 0 ? before / *as_it_is : std::numeric_limits<double>::infinity();
   }
 
+  Trial(const Trial&) = delete;
+  Trial& operator=(const Trial&) = delete;
+
   // Axes of the platform to base axes, one a reading.
   std::vector<Matrix3> platform_axes() const {
-    const Predictor predictor(robot_.without_effects(), campaign_, threads_, progress_);
     std::vector<Matrix3> axes;
     for (std::size_t i = 0; i < campaign_.readings.size(); ++i)
-      axes.push_back(predictor.posture_of(i).platform.rotation());
+      axes.push_back(as_it_is_.posture_of(i).platform.rotation());
     return axes;
   }
 
   void run(std::string phrase, const std::function<void(Campaign&)>& change, Slip& best) const {
     Campaign changed = campaign_;
     change(changed);
-    if (const std::optional<double> rest = left_of(changed))
-      take_better({std::move(phrase), scale_ * *rest}, best);
+    try {
+      if (const std::optional<double> rest = left_of(predictor_of(changed), changed))
+        take_better({std::move(phrase), scale_ * *rest}, best);
+    } catch (const common::InputError&) {
+      return;  // a posture that cannot be reached: it is not that
+    }
   }
 
  private:
-  // None where the model fails or a posture cannot be reached: it is not that.
-  std::optional<double> left_of(const Campaign& campaign) const {
-    try {
-      const Predictor predictor(robot_.without_effects(), robot_.effects, campaign, threads_,
-                                progress_);
-      const Predictions predictions = predictor.predict({}, {}, false, progress_);
-      if (predictions.failure) return std::nullopt;
-      return left(campaign, {campaign, predictions.displacement});
-    } catch (const common::InputError&) {
-      return std::nullopt;
-    }
+  Predictor predictor_of(const Campaign& campaign) const {
+    return {robot_.without_effects(), robot_.effects, campaign, threads_, progress_};
+  }
+  // None where the model fails.
+  std::optional<double> left_of(const Predictor& predictor, const Campaign& campaign) const {
+    const Predictions predictions = predictor.predict({}, {}, false, progress_);
+    if (predictions.failure) return std::nullopt;
+    return left(campaign, {campaign, predictions.displacement});
   }
 
   const vjm::Robot& robot_;
   Campaign campaign_;
   int threads_;
   common::Progress& progress_;
+  Predictor as_it_is_;
   double scale_ = 1;
 };
 
@@ -439,14 +447,16 @@ std::string column_error(const vjm::Robot& robot, const Campaign& campaign,
     try_mirrored(as_given, best);
   else
     try_readings(as_given, best);
-  const Trial trial(robot, campaign, before, threads, progress);
   const bool is_absolute = campaign.displacement == DisplacementKind::absolute;
   constexpr double worth_a_trial = 0.02;
-  if (!is_absolute && before > worth_a_trial) {
-    try_forces(trial, campaign, best);
-    try_platform_axes(trial, campaign, best);
+  if (is_absolute || before > worth_a_trial) {
+    const Trial trial(robot, campaign, before, threads, progress);
+    if (!is_absolute) {
+      try_forces(trial, campaign, best);
+      try_platform_axes(trial, campaign, best);
+    }
+    try_joints(trial, campaign, best);
   }
-  if (is_absolute || before > worth_a_trial) try_joints(trial, campaign, best);
   if (best.left > most_left || best.left > better * before) return {};
   return fmt::format(
       "The readings lie as predicted if {}: that leaves {} of what they vary by, the files as they "
