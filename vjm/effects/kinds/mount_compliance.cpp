@@ -1,5 +1,6 @@
 // What a chain stands on, and what it carries, yield: foundation and pedestal; flange and tool.
-#include <array>
+#include <utility>
+#include <vector>
 
 #include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
@@ -8,86 +9,64 @@ namespace kinetostat::vjm::effects {
 namespace mount_compliance_kind {
 namespace {
 
-enum Value { translation, rotation };
+EffectParameter yielding(const char* name, const spatial::Dimension& dimension) {
+  return {.name = name,
+          .linear = dimension,
+          .angular = dimension,
+          .lower = 0,
+          .upper = 1,
+          .prior_sd = 0.1,
+          .prior_unit = PriorUnit::soft_compliance,
+          .required = false};
+}
+
+// A motion in which the mount yields, and the value that says how far.
+struct Yield {
+  Motion motion = Motion::tx;
+  Eigen::Index value = 0;
+};
 
 class MountCompliance : public EffectKind {
  public:
-  explicit MountCompliance(std::string element) : element_(std::move(element)) {
-    parameters = {{.name = "translation",
-                   .linear = compliance::linear,
-                   .angular = compliance::linear,
-                   .lower = 0,
-                   .upper = 1,
-                   .prior_sd = 0.1,
-                   .prior_unit = PriorUnit::soft_compliance,
-                   .required = false},
-                  {.name = "rotation",
-                   .linear = compliance::angular,
-                   .angular = compliance::angular,
-                   .lower = 0,
-                   .upper = 1,
-                   .prior_sd = 0.1,
-                   .prior_unit = PriorUnit::soft_compliance,
-                   .required = false}};
-  }
+  // `label`: of its coordinates, whose names are those of no other effect there.
+  MountCompliance(std::string label, std::string element, std::vector<Yield> yields)
+      : label_(std::move(label)), element_(std::move(element)), yields_(std::move(yields)) {}
 
   void act(ChainModifier& modifier, const std::string&, const EffectInput& input) const override {
-    for (const Motion motion : all_motions)
+    for (const auto& [motion, value] : yields_)
       modifier.add_compliance_behind(element_, coordinate_name(motion), motion,
-                                     input.values[value_of(motion)]);
+                                     input.values[value]);
   }
 
   void differentiate(ChainColumns& columns, const std::string&, const EffectInput&) const override {
-    for (const Motion motion : all_motions)
-      columns.add_compliance_behind(value_of(motion), element_, coordinate_name(motion), motion, 1);
+    for (const auto& [motion, value] : yields_)
+      columns.add_compliance_behind(value, element_, coordinate_name(motion), motion, 1);
   }
 
  private:
-  static Value value_of(Motion motion) { return vjm::is_rotation(motion) ? rotation : translation; }
   std::string coordinate_name(Motion motion) const {
-    return "mount at " + element_ + "." + to_string(motion);
+    return label_ + " at " + element_ + "." + to_string(motion);
   }
 
-  std::string element_;
+  std::string label_, element_;
+  std::vector<Yield> yields_;
 };
 
-// Turns alone, about each axis by a compliance of its own.
-class MountTilt : public EffectKind {
- public:
-  MountTilt() {
-    for (const char* axis : {"x", "y", "z"})
-      parameters.push_back({.name = axis,
-                            .linear = compliance::angular,
-                            .angular = compliance::angular,
-                            .lower = 0,
-                            .upper = 1,
-                            .prior_sd = 0.1,
-                            .prior_unit = PriorUnit::soft_compliance,
-                            .required = false});
-  }
-
-  void act(ChainModifier& modifier, const std::string&, const EffectInput& input) const override {
-    for (std::size_t k = 0; k < turns.size(); ++k)
-      modifier.add_compliance_behind("base", name_of(turns[k]), turns[k],
-                                     input.values[static_cast<Eigen::Index>(k)]);
-  }
-
-  void differentiate(ChainColumns& columns, const std::string&, const EffectInput&) const override {
-    for (std::size_t k = 0; k < turns.size(); ++k)
-      columns.add_compliance_behind(static_cast<Eigen::Index>(k), "base", name_of(turns[k]),
-                                    turns[k], 1);
-  }
-
- private:
-  static constexpr std::array turns = {Motion::rx, Motion::ry, Motion::rz};
-  static std::string name_of(Motion motion) { return "tilt at base." + to_string(motion); }
-};
+// The same in all directions.
+std::shared_ptr<MountCompliance> isotropic(const std::string& element) {
+  std::vector<Yield> yields;
+  for (const Motion motion : all_motions) yields.push_back({motion, is_rotation(motion) ? 1 : 0});
+  auto kind = std::make_shared<MountCompliance>("mount", element, std::move(yields));
+  kind->parameters = {yielding("translation", compliance::linear),
+                      yielding("rotation", compliance::angular)};
+  return kind;
+}
 
 }  // namespace
 }  // namespace mount_compliance_kind
 
 Kind base_compliance() {
-  auto kind = std::make_shared<mount_compliance_kind::MountCompliance>("base");
+  auto kind = mount_compliance_kind::isotropic("base");
   kind->name = "base_compliance";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "what a chain stands on yields, the same in all directions";
@@ -101,7 +80,11 @@ Kind base_compliance() {
 }
 
 Kind base_tilt() {
-  auto kind = std::make_shared<mount_compliance_kind::MountTilt>();
+  using namespace mount_compliance_kind;
+  auto kind = std::make_shared<MountCompliance>(
+      "tilt", "base", std::vector<Yield>{{Motion::rx, 0}, {Motion::ry, 1}, {Motion::rz, 2}});
+  for (const char* axis : {"x", "y", "z"})
+    kind->parameters.push_back(yielding(axis, compliance::angular));
   kind->name = "base_tilt";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "what a chain stands on tilts, about each axis by a compliance of its own";
@@ -116,7 +99,7 @@ Kind base_tilt() {
 }
 
 Kind platform_compliance() {
-  auto kind = std::make_shared<mount_compliance_kind::MountCompliance>("end");
+  auto kind = mount_compliance_kind::isotropic("end");
   kind->name = "platform_compliance";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "flange, platform or tool yields where a chain ends, the same in all directions";
