@@ -60,6 +60,30 @@ inline constexpr spatial::Dimension angular{.length = -2, .mass = -1, .time = 2,
 EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
                                    double limit, double prior_sd);
 
+/// Numbers that are added to one vector of ReadingErrors.
+template <class Vector>
+class VectorError : public EffectKind {
+ public:
+  explicit VectorError(Vector ReadingErrors::*member) : member_(member) {}
+
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    errors.*member_ += input.values;
+  }
+  ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    tangent.*member_ = Vector::Unit(value);
+    return tangent;
+  }
+
+ private:
+  Vector ReadingErrors::*member_;
+};
+
+template <class Vector>
+auto vector_error(Vector ReadingErrors::*member) {
+  return std::make_shared<VectorError<Vector>>(member);
+}
+
 /// How often what ripples with a joint's command does so in one radian: once or twice a turn, or
 /// once a turn of a screw with a lead of 5, 10 or 20 mm.
 EffectParameter order_of_ripple();

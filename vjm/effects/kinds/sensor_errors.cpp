@@ -4,20 +4,7 @@
 namespace kinetostat::vjm::effects {
 namespace {
 
-// A displacement of all that is read.
-class SensorFrame : public EffectKind {
- public:
-  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
-    errors.sensor += input.values;
-  }
-  ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
-    ReadingErrors tangent = ReadingErrors::tangent();
-    tangent.sensor = spatial::Vector6::Unit(value);
-    return tangent;
-  }
-};
-
-// The same in proportion to time.
+// A displacement of all that is read, in proportion to time.
 class SessionDrift : public EffectKind {
  public:
   SessionDrift() { varies = true; }
@@ -74,39 +61,30 @@ class SensorScale : public EffectKind {
   }
 };
 
-// The same axis by axis, of gauges.
-class SensorAxisScale : public EffectKind {
- public:
-  SensorAxisScale() {
-    name = "sensor_axis_scale";
-    effect_class = EffectClass::instrument;
-    is_of_gauges = true;
-    summary = "gauges along each axis read too much or too little in their own proportion";
-    law = "read = [(1 + x) X, (1 + y) Y, (1 + z) Z], base axes; of poses from the base's origin";
-    source = "sensitivity of displacement transducers, one an axis: DIN 32876";
-    signature = "what is read along one axis is off in proportion, under all loads and everywhere";
-    confuser = "sensor_scale, where one axis is read; wrench_channel_gain of a Cartesian robot";
-    place = EffectPlace::sensor;
-    for (const char* axis : {"x", "y", "z"})
-      parameters.push_back(optional_parameter(axis, spatial::dimension::none, 0.9, 0.02));
-  }
-  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
-    errors.sensor_axes += input.values;
-  }
-  ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
-    ReadingErrors tangent = ReadingErrors::tangent();
-    tangent.sensor_axes = spatial::Vector3::Unit(value);
-    return tangent;
-  }
-};
-
 }  // namespace
 
 Kind sensor_scale() { return std::make_shared<SensorScale>(); }
-Kind sensor_axis_scale() { return std::make_shared<SensorAxisScale>(); }
+
+Kind sensor_axis_scale() {
+  auto kind = vector_error(&ReadingErrors::sensor_axes);
+  kind->name = "sensor_axis_scale";
+  kind->effect_class = EffectClass::instrument;
+  kind->is_of_gauges = true;
+  kind->summary = "gauges along each axis read too much or too little in their own proportion";
+  kind->law =
+      "read = [(1 + x) X, (1 + y) Y, (1 + z) Z], base axes; of poses from the base's origin";
+  kind->source = "sensitivity of displacement transducers, one an axis: DIN 32876";
+  kind->signature =
+      "what is read along one axis is off in proportion, under all loads and everywhere";
+  kind->confuser = "sensor_scale, where one axis is read; wrench_channel_gain of a Cartesian robot";
+  kind->place = EffectPlace::sensor;
+  for (const char* axis : {"x", "y", "z"})
+    kind->parameters.push_back(optional_parameter(axis, spatial::dimension::none, 0.9, 0.02));
+  return kind;
+}
 
 Kind sensor_frame() {
-  auto kind = std::make_shared<SensorFrame>();
+  auto kind = vector_error(&ReadingErrors::sensor);
   kind->name = "sensor_frame";
   kind->effect_class = EffectClass::instrument;
   kind->summary = "the frame in which displacements are read is displaced";

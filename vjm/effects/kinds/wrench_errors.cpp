@@ -35,30 +35,6 @@ class WrenchGain : public EffectKind {
   }
 };
 
-// Numbers that are added to one vector of ReadingErrors.
-template <class Vector>
-class VectorError : public EffectKind {
- public:
-  explicit VectorError(Vector ReadingErrors::*member) : member_(member) {}
-
-  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
-    errors.*member_ += input.values;
-  }
-  ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
-    ReadingErrors tangent = ReadingErrors::tangent();
-    tangent.*member_ = Vector::Unit(value);
-    return tangent;
-  }
-
- private:
-  Vector ReadingErrors::*member_;
-};
-
-template <class Vector>
-auto vector_error(Vector ReadingErrors::*member) {
-  return std::make_shared<VectorError<Vector>>(member);
-}
-
 // Its prior is a share of what the campaign states.
 EffectParameter load_parameter(const char* name, const spatial::Dimension& dimension, double share,
                                PriorUnit unit) {
