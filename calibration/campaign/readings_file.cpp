@@ -393,6 +393,7 @@ class Reader {
     const spatial::Matrix3 axes = axes_of_wrenches(configuration);
     load.force = axes * load.force;
     load.moment = axes * load.moment;
+    load.cell = axes;
     if (frame.origin && !columns_.point[0])
       load.point_on_platform =
           frame.on_platform ? *frame.origin : platform.inverse() * *frame.origin;

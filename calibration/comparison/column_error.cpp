@@ -319,7 +319,23 @@ bool has_known_loads(const Campaign& campaign) {
                      [](const Reading& reading) { return reading.known_load; });
 }
 
-// Wrenches and displacements that are in the axes of the platform, and not those stated.
+bool has_axes_of_the_cell(const Campaign& campaign) {
+  return std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                     [](const Reading& reading) { return !reading.load.cell.isIdentity(0); });
+}
+
+// The force as the load cell reads it, in its own axes.
+Vector3 force_read(const vjm::Load& load) { return load.cell.transpose() * load.force; }
+
+// The same numbers of a load cell with these axes.
+void read_in(const Matrix3& axes, vjm::Load& load) {
+  load.force = (axes * load.cell.transpose() * load.force).eval();
+  load.moment = (axes * load.cell.transpose() * load.moment).eval();
+  load.cell = axes;
+}
+
+// Wrenches and displacements that are in the axes of the platform, or wrenches in base axes, and
+// not those stated.
 void try_platform_axes(const Trial& trial, const Campaign& campaign, Slip& best) {
   const std::vector<Matrix3> axes = trial.platform_axes();
   const auto with = [&](const char* phrase, const auto& turn) {
@@ -330,12 +346,13 @@ void try_platform_axes(const Trial& trial, const Campaign& campaign, Slip& best)
         },
         best);
   };
-  if (!has_known_loads(campaign))
+  if (!has_known_loads(campaign)) {
     with("the wrenches are in axes of the platform ('wrench_frame: platform')",
-         [](const Matrix3& turn, Reading& reading) {
-           reading.load.force = (turn * reading.load.force).eval();
-           reading.load.moment = (turn * reading.load.moment).eval();
-         });
+         [](const Matrix3& turn, Reading& reading) { read_in(turn, reading.load); });
+    if (has_axes_of_the_cell(campaign))
+      with("the wrenches are in base axes ('wrench_frame: base')",
+           [](const Matrix3&, Reading& reading) { read_in(Matrix3::Identity(), reading.load); });
+  }
   if (campaign.observation.platform_axes) return;
   const Matrix3 to_frame = campaign.observation.frame.rotation().transpose();
   with("the displacements are in axes of the platform ('displacement_frame: platform')",
@@ -347,8 +364,12 @@ void try_platform_axes(const Trial& trial, const Campaign& campaign, Slip& best)
 void try_forces(const Trial& trial, const Campaign& campaign, Slip& best) {
   if (has_known_loads(campaign)) return;
   std::array<bool, 3> acts{};
-  for (const Reading& reading : campaign.readings)
-    for (Index k = 0; k < 3; ++k) acts[static_cast<std::size_t>(k)] |= reading.load.force[k] != 0;
+  constexpr double rounding = 1e-9;
+  for (const Reading& reading : campaign.readings) {
+    const Vector3 read = force_read(reading.load);
+    for (std::size_t k = 0; k < 3; ++k)
+      acts[k] = acts[k] || std::abs(read[static_cast<Index>(k)]) > rounding * read.norm();
+  }
   if (std::count(acts.begin(), acts.end(), true) < 2) return;
   for (const SignedAxes& axes : signed_axes(acts)) {
     if (axes.moved() > 2) continue;
@@ -356,11 +377,11 @@ void try_forces(const Trial& trial, const Campaign& campaign, Slip& best) {
         axes.phrase("f"),
         [&axes](Campaign& changed) {
           for (Reading& reading : changed.readings) {
-            const Vector3 read = reading.load.force;
-            for (Index j = 0; j < 3; ++j) {
-              const auto n = static_cast<std::size_t>(j);
-              reading.load.force[axes.of[n]] = axes.sign[n] * read[j];
-            }
+            const Vector3 read = force_read(reading.load);
+            Vector3 meant;
+            for (std::size_t j = 0; j < 3; ++j)
+              meant[axes.of[j]] = axes.sign[j] * read[static_cast<Index>(j)];
+            reading.load.force = reading.load.cell * meant;
           }
         },
         best);

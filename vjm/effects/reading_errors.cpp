@@ -40,23 +40,33 @@ bool ReadingErrors::reads_load() const {
          wrench_zero.isZero(0) && wrench_curvature.isZero(0) && wrench_channels.isZero(0);
 }
 
+namespace {
+
+// [force; moment] in the axes of the load cell.
+Vector6 as_read(const Load& stated) {
+  Vector6 read;
+  read << stated.cell.transpose() * stated.force, stated.cell.transpose() * stated.moment;
+  return read;
+}
+
+}  // namespace
+
 Vector6 ReadingErrors::from_cell(const Load& stated, const ReadingErrors& of) {
-  Vector6 result;
-  result << of.wrench_curvature[0] * stated.force.squaredNorm() * stated.force,
-      of.wrench_curvature[1] * stated.moment.squaredNorm() * stated.moment;
-  result.head<3>() += of.wrench_channels.head<3>().cwiseProduct(stated.force);
-  result.tail<3>() += of.wrench_channels.tail<3>().cwiseProduct(stated.moment);
-  const bool is_loaded = !stated.force.isZero(0) || !stated.moment.isZero(0);
-  return is_loaded ? Vector6(result + of.wrench_zero) : result;
+  const Vector6 read = as_read(stated);
+  const Vector3 force = read.head<3>(), moment = read.tail<3>();
+  Vector6 result = of.wrench_channels.cwiseProduct(read);
+  result.head<3>() += of.wrench_curvature[0] * force.squaredNorm() * force;
+  result.tail<3>() += of.wrench_curvature[1] * moment.squaredNorm() * moment;
+  return read.isZero(0) ? result : Vector6(result + of.wrench_zero);
 }
 
 Load ReadingErrors::actual(const Load& stated) const {
   if (reads_load()) return stated;
-  const Matrix3 turn = wrench_gain * spatial::exp_rotation(wrench_rotation);
-  const Vector6 more = from_cell(stated, *this);
+  const Matrix3 turn = stated.cell * (wrench_gain * spatial::exp_rotation(wrench_rotation));
+  const Vector6 acting = as_read(stated) + from_cell(stated, *this);
   Load load = stated;
-  load.force = turn * (stated.force + more.head<3>());
-  load.moment = turn * (stated.moment + more.tail<3>());
+  load.force = turn * acting.head<3>();
+  load.moment = turn * acting.tail<3>();
   load.point_on_platform += wrench_point;
   return load;
 }
@@ -66,14 +76,15 @@ Vector6 ReadingErrors::wrench_derivative(const Load& stated, const Pose& platfor
   const Matrix3 turn = spatial::exp_rotation(wrench_rotation);
   const Vector3 rate = spatial::left_jacobian(wrench_rotation) * tangent.wrench_rotation;
   const auto change = [&](const Vector3& v, const Vector3& by) -> Vector3 {
-    return tangent.wrench_gain * (turn * v) + wrench_gain * rate.cross(turn * v) +
-           wrench_gain * (turn * by);
+    return stated.cell * (tangent.wrench_gain * (turn * v) + wrench_gain * rate.cross(turn * v) +
+                          wrench_gain * (turn * by));
   };
   const Load load = actual(stated);
-  const Vector6 more = from_cell(stated, *this), by = from_cell(stated, tangent);
-  const Vector3 force = change(stated.force + more.head<3>(), by.head<3>());
+  const Vector6 acting = as_read(stated) + from_cell(stated, *this);
+  const Vector6 by = from_cell(stated, tangent);
+  const Vector3 force = change(acting.head<3>(), by.head<3>());
   Vector6 wrench;
-  wrench << force, change(stated.moment + more.tail<3>(), by.tail<3>()) +
+  wrench << force, change(acting.tail<3>(), by.tail<3>()) +
                        (platform.rotation() * tangent.wrench_point).cross(load.force) +
                        (platform.rotation() * load.point_on_platform).cross(force);
   return wrench;

@@ -7,16 +7,17 @@
 
 namespace kinetostat::vjm {
 
-/// Additive, so that effects on readings compose in any order. None by default.
+/// Additive, so that effects on readings compose in any order. None by default. What is of the
+/// wrench is in the axes of the load cell (Load::cell).
 struct ReadingErrors {
   double wrench_gain = 1;                                       // actual wrench over the stated one
-  spatial::Vector3 wrench_rotation = spatial::Vector3::Zero();  // of its axes [rad], base axes
-  /// What a load cell does not read: [force [N]; moment [N m]], base axes, about the stated point,
-  /// wherever it reads a load at all; and by how much more than in proportion the load grows that
-  /// acts, per square of the force [1/N^2] and of the moment [1/(N m)^2] that are read.
+  spatial::Vector3 wrench_rotation = spatial::Vector3::Zero();  // of its axes [rad]
+  /// What a load cell does not read: [force [N]; moment [N m]], about the stated point, wherever it
+  /// reads a load at all; and by how much more than in proportion the load grows that acts, per
+  /// square of the force [1/N^2] and of the moment [1/(N m)^2] that are read.
   spatial::Vector6 wrench_zero = spatial::Vector6::Zero();
   Eigen::Vector2d wrench_curvature = Eigen::Vector2d::Zero();
-  /// Share by which each of its six numbers is read too small, base axes.
+  /// Share by which each of its six numbers is read too small.
   spatial::Vector6 wrench_channels = spatial::Vector6::Zero();
   spatial::Vector3 wrench_point = spatial::Vector3::Zero();  // from the stated one, platform [m]
   spatial::Vector6 sensor = spatial::Vector6::Zero();  // displacement of all that is read [m; rad]

@@ -75,8 +75,10 @@ std::strong_ordering order_of(const Load& a, const Load& b) {
   for (const auto part : {&Load::force, &Load::moment, &Load::point_on_platform})
     if (const auto order = order_of(a.*part, b.*part); order != 0) return order;
   if (const auto order = order_of(a.nodes, b.nodes); order != 0) return order;
-  const auto order = order_of(a.joints, b.joints);
-  return order != 0 ? order : order_of(a.gravity, b.gravity);
+  if (const auto order = order_of(a.joints, b.joints); order != 0) return order;
+  for (Eigen::Index k = 0; k < 3; ++k)
+    if (const auto order = order_of(a.cell.col(k), b.cell.col(k)); order != 0) return order;
+  return order_of(a.gravity, b.gravity);
 }
 
 }  // namespace kinetostat::vjm

@@ -37,6 +37,9 @@ struct Load {
   std::vector<NodeLoad> nodes = {};
   std::vector<JointForce> joints = {};
   double gravity = 1;
+  /// Axes, as columns in base axes, of the load cell that read `force` and `moment`: its errors go
+  /// by them.
+  spatial::Matrix3 cell = spatial::Matrix3::Identity();
 
   /// [force; moment about the platform's reference point] of the platform's part.
   spatial::Vector6 at_reference_point(const spatial::Pose& platform) const;

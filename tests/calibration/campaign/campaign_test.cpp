@@ -292,7 +292,7 @@ TEST(CampaignFile, RolesAreOfSessionsOrOfRows) {
   EXPECT_FALSE(part.readings[2].masked);
 }
 
-// One wrench, written down in four frames: the same load.
+// One wrench, written down in four frames: the same load, read by cells with these axes.
 TEST(CampaignFile, WrenchesMayBeGivenInAnyStatedFrame) {
   const vjm::Manipulator manipulator = test::orthoglide().manipulator;
   const spatial::Vector3 force(10, -20, 30), moment(1, 2, -3);  // about the reference point, base
@@ -303,8 +303,11 @@ TEST(CampaignFile, WrenchesMayBeGivenInAnyStatedFrame) {
                               -0.2 * 180 / M_PI, 0.3 * 180 / M_PI, f.x(), f.y(), f.z(), 1e3 * m.x(),
                               1e3 * m.y(), 1e3 * m.z());
   };
+  spatial::Matrix3 cell_axes;  // of the last one that was read
   const auto load = [&](const std::string& text, const std::string& more) {
-    return read(text, more, manipulator).readings[0].load.at_reference_point(platform);
+    const vjm::Load read_load = read(text, more, manipulator).readings[0].load;
+    cell_axes = read_load.cell;
+    return read_load.at_reference_point(platform);
   };
   spatial::Vector6 expected;
   expected << force, moment;
@@ -312,6 +315,7 @@ TEST(CampaignFile, WrenchesMayBeGivenInAnyStatedFrame) {
     return kinetostat::test::matrix_near(actual, expected, 1e-10);
   };
   EXPECT_TRUE(same(load(csv(force, moment), "wrench_point: reference\n")));
+  EXPECT_TRUE(cell_axes.isIdentity(0));
   const spatial::Matrix3 r = platform.rotation();
   EXPECT_TRUE(same(load(csv(r.transpose() * force, r.transpose() * moment),
                         "wrench_frame: platform\nwrench_point: reference\n")));
@@ -322,6 +326,7 @@ TEST(CampaignFile, WrenchesMayBeGivenInAnyStatedFrame) {
   EXPECT_TRUE(same(load(csv(axes.transpose() * force, axes.transpose() * about),
                         "frames: {cell: {on: platform, pose: {point: [50, 0, 100], rpy: [0, 0, "
                         "90]}}}\nwrench_frame: cell\n")));
+  EXPECT_LT((cell_axes - axes).norm(), 1e-12);
   // One on the table, about a point that does not move.
   const spatial::Vector3 origin(0.2, -0.1, 0.05);
   const spatial::Vector3 about_origin = moment - (origin - platform.position()).cross(force);

@@ -99,6 +99,25 @@ TEST(ColumnError, AnAxisOfTheForceIsNamed) {
   EXPECT_THAT(laboratory.slip(exchanged), HasSubstr("if 'fx' is fz and 'fz' is fx:"));
 }
 
+// Of a load cell that turns with the platform, axes are its own; or they are not its own at all.
+TEST(ColumnError, AnAxisOfACellOnThePlatformIsNamed) {
+  Arm laboratory;
+  const Campaign right = laboratory.pushed();
+  common::Progress silent;
+  const Predictor predictor(laboratory.robot().manipulator, right, 1, silent);
+  Campaign reversed = right, in_base_axes = right;
+  for (std::size_t i = 0; i < right.readings.size(); ++i) {
+    const spatial::Matrix3 cell = predictor.posture_of(i).platform.rotation();
+    const Vector3 force = right.readings[i].load.force;
+    reversed.readings[i].load.cell = in_base_axes.readings[i].load.cell = cell;
+    in_base_axes.readings[i].load.force = cell * force;
+    reversed.readings[i].load.force =
+        cell * (cell.transpose() * force).cwiseProduct(Vector3(1, -1, 1));
+  }
+  EXPECT_THAT(laboratory.slip(reversed), HasSubstr("if 'fy' is -fy:"));
+  EXPECT_THAT(laboratory.slip(in_base_axes), HasSubstr("'wrench_frame: base'"));
+}
+
 TEST(ColumnError, AJointThatCountsTheOtherWayIsNamed) {
   Arm laboratory;
   const Campaign right = laboratory.pushed();

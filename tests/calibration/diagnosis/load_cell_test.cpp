@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/spatial/rotation.h"
+
 #include "calibration/two_links.h"
 
 namespace kinetostat::calibration::load_cell_test {
@@ -47,6 +49,26 @@ TEST_P(LoadCell, WithAWrongZeroIsNamed) {
   const Vector3 zero(4, -6, 0);
   const Campaign readings =
       read_by(bench.measure(pushes()), [&](const Vector3& f) -> Vector3 { return f - zero; });
+  const Diagnosis d = bench.diagnose(readings, {});
+  EXPECT_EQ(d.verdict, Verdict::identified);
+  ASSERT_EQ(best_of(d), "wrench_zero");
+  EXPECT_NEAR(d.found[0].candidate.effect.values[0], zero.x(), 1);
+  EXPECT_NEAR(d.found[0].candidate.effect.values[1], zero.y(), 1);
+  EXPECT_EQ(d.found.size(), 1u);
+}
+
+// One on the platform, which turns with it, as has its zero.
+TEST_P(LoadCell, WithAWrongZeroInAxesOfItsOwnIsNamed) {
+  Bench bench(GetParam());
+  const Vector3 zero(4, -6, 0);
+  Campaign readings = bench.measure(pushes());
+  for (Reading& reading : readings.readings) {
+    if (reading.load.force.isZero(0)) continue;
+    const auto& joints = readings.configurations[reading.configuration].joints;
+    const double turned = joints.at("arm.q1") + joints.at("arm.q2");
+    reading.load.cell = spatial::rotation_from_rpy({0, 0, turned});
+    reading.load.force -= reading.load.cell * zero;
+  }
   const Diagnosis d = bench.diagnose(readings, {});
   EXPECT_EQ(d.verdict, Verdict::identified);
   ASSERT_EQ(best_of(d), "wrench_zero");

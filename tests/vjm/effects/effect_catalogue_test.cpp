@@ -31,7 +31,8 @@ std::vector<Step> random_path(const Bench& bench, Random& random, int length) {
     time += elapsed;
     Step step{.load = {.force = random.vector(bench.force),
                        .moment = random.vector(bench.moment),
-                       .point_on_platform = random.vector(0.05)}};
+                       .point_on_platform = random.vector(0.05),
+                       .cell = spatial::rotation_from_rpy({0.3, -0.7, 2})}};
     step.conditions.time = time + 30;
     step.conditions.time_in_cycle = time;
     step.conditions.elapsed = elapsed;

@@ -50,7 +50,7 @@ Kind wrench_misalignment() {
   kind->name = "wrench_misalignment";
   kind->effect_class = EffectClass::load;
   kind->summary = "the wrench that acts is turned against the one stated";
-  kind->law = "F and M turned by the rotation vector [rx, ry, rz], base axes";
+  kind->law = "F and M turned by the rotation vector [rx, ry, rz], axes of the load cell";
   kind->source = "alignment of a force transducer: ISO 376; Rodrigues' formula";
   kind->signature = "displacement across the load, in proportion to it, that turns with it";
   kind->confuser = "sensor_frame, which turns what is read instead";
@@ -65,7 +65,9 @@ Kind wrench_zero() {
   kind->name = "wrench_zero";
   kind->effect_class = EffectClass::load;
   kind->summary = "the load cell does not read zero when it bears nothing";
-  kind->law = "F = F read + [fx, fy, fz], M = M read + [mx, my, mz], base axes, under any load";
+  kind->law =
+      "F = F read + [fx, fy, fz], M = M read + [mx, my, mz], axes of the load cell, "
+      "under any load";
   kind->source = "zero error of a force transducer: ISO 376";
   kind->signature =
       "a displacement that comes with the first load and is the same under all, whatever their "
@@ -89,8 +91,8 @@ Kind wrench_channel_gain() {
   kind->effect_class = EffectClass::load;
   kind->summary = "channels of the load cell have gains of their own";
   kind->law =
-      "F = F read + [fx Fx, fy Fy, fz Fz], M = M read + [mx Mx, my My, mz Mz], base axes: each a "
-      "share of what is read";
+      "F = F read + [fx Fx, fy Fy, fz Fz], M = M read + [mx Mx, my My, mz Mz], axes of the load "
+      "cell: each a share of what is read";
   kind->source = "sensitivities of a multi-component force transducer: ISO 376, channel by channel";
   kind->signature =
       "displacements under loads along one axis, or under moments, too large or too small in one "
