@@ -28,6 +28,15 @@ void take_decision(const DiagnosisStep& step, FoundEffect& found) {
   }
 }
 
+// Beside others that are of some readings only, and so say nothing of those that were left out.
+// Beside laws it may be what these get wrong.
+bool is_one_more_offset(const Candidate& candidate, const std::vector<FoundEffect>& found) {
+  const auto offsets = [](const Candidate& one) { return one.effect.kind->offsets_readings; };
+  return offsets(candidate) && std::all_of(found.begin(), found.end(), [&](const FoundEffect& f) {
+           return offsets(f.candidate);
+         });
+}
+
 }  // namespace
 
 // The larger it is, the more it has to explain.
@@ -57,8 +66,9 @@ Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found
     return Finding::nothing;
   const RankedCandidate& best = step.ranking[0];
   const double more_probable = best.fit->log_evidence - step.log_evidence_without;
-  const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation;
   const bool probable = more_probable > doubtful;
+  const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation ||
+                        (is_one_more_offset(best.candidate, found) && more_probable > 3 * doubtful);
   if (step.beside.empty()) return predicts || probable ? Finding::effect : Finding::nothing;
   // A rest that comes and goes slowly is taken for noise of that kind by the test, and not by the
   // evidence, which lets the noise be either with the effect and without.

@@ -537,14 +537,12 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
                                                                  common::Progress& progress) const {
   Signatures signatures;
   if (candidate.effect.kind->offsets_readings) {
-    if (auto placed = best_placement(candidate, campaign_, predictor_.platform_axes(), noise_,
-                                     beside.fit())) {
-      const Index count = placed->columns.cols();
+    for (Placement& placed :
+         best_placements(candidate, campaign_, predictor_.platform_axes(), noise_, beside.fit())) {
+      const Index count = placed.columns.cols();
       signatures.all.push_back(
-          {.columns = std::move(placed->columns), .growth = Eigen::RowVectorXd::Ones(count)});
-      signatures.starts.push_back(std::move(placed->candidate));
-    } else {
-      signatures.failure = "there are no readings that it could be of";
+          {.columns = std::move(placed.columns), .growth = Eigen::RowVectorXd::Ones(count)});
+      signatures.starts.push_back(std::move(placed.candidate));
     }
     return signatures;
   }
@@ -570,3 +568,4 @@ const CondensedModel& CandidateFitter::condensed(const FittedModel& beside,
 }
 
 }  // namespace kinetostat::calibration
+    if (signatures.all.empty()) signatures.failure = "there are no readings that it could be of";

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
+#include <set>
 
 #include "kinetostat/calibration/statistics/residual_space.h"
 #include "kinetostat/calibration/statistics/robust_residual.h"
@@ -54,10 +54,11 @@ std::vector<Scored> most_explaining(const VectorXd& left, const MatrixXd& known,
 
 std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitted,
                                   std::size_t effects, const EffectColumns& effect,
-                                  const std::vector<double>& handicaps) {
+                                  const std::vector<EffectEntry>& entries) {
   const double choice = std::log(static_cast<double>(std::max<std::size_t>(1, effects)));
   const double of_column = std::log(static_cast<double>(std::max<Index>(2, residual.size()))) / 2;
   MatrixXd present(residual.size(), 0);
+  std::set<std::size_t> entered;
   RobustResidual now = robust_residual(residual, fitted, present, bend, rounds);
   for (std::size_t added = 0; added < most_effects; ++added) {
     double least = cost_of(now.left);
@@ -65,11 +66,12 @@ std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitt
     RobustResidual with_best;
     for (const Scored& scored :
          most_explaining(now.left, beside(fitted, present), effects, effect)) {
+      const EffectEntry entry = entries.empty() ? EffectEntry() : entries[scored.effect];
+      if (entry.beside && !entered.contains(*entry.beside)) continue;
       RobustResidual with =
           robust_residual(residual, fitted, beside(present, effect(scored.effect)), bend, rounds);
-      const double handicap = handicaps.empty() ? 0 : handicaps[scored.effect];
-      const double cost =
-          cost_of(with.left) + choice + handicap + of_column * static_cast<double>(scored.rank);
+      const double cost = cost_of(with.left) + choice + entry.handicap +
+                          of_column * static_cast<double>(scored.rank);
       if (cost >= least) continue;
       least = cost;
       best = scored.effect;
@@ -77,6 +79,7 @@ std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitt
     }
     if (!best) break;
     present = beside(present, effect(*best));
+    entered.insert(*best);
     now = std::move(with_best);
   }
   std::vector<std::size_t> found;

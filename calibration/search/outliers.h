@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "kinetostat/calibration/statistics/residual_space.h"
@@ -21,11 +22,16 @@ inline constexpr double outlying = 5;  // standard deviations, of an outlier
 /// with c = -ln(0.01 / 200 sqrt(2 pi)), an outlier being anything within a hundred deviations: one
 /// reading that is off is less than an effect, several that are off as an effect says are it.
 /// `residual`, `fitted`: as in ResidualSpace; `effect`: of each of so many candidates the columns
-/// of its signatures at usual sizes, made when asked for; `handicaps`: what each costs beside that
-/// (empty: nothing). Indices of values, ascending.
+/// of its signatures at usual sizes, made when asked for. Indices of values, ascending.
 using EffectColumns = std::function<Eigen::MatrixXd(std::size_t)>;
+/// What else decides of an effect whether it enters.
+struct EffectEntry {
+  double handicap = 0;                     // what it costs beside that
+  std::optional<std::size_t> beside = {};  // only beside this other one
+};
+/// `entries`: one an effect; empty: nothing of that.
 std::vector<std::size_t> outliers(const Eigen::VectorXd& residual, const Eigen::MatrixXd& fitted,
                                   std::size_t effects, const EffectColumns& effect,
-                                  const std::vector<double>& handicaps = {});
+                                  const std::vector<EffectEntry>& entries = {});
 
 }  // namespace kinetostat::calibration

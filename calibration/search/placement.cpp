@@ -11,18 +11,20 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr std::size_t most_placements = 400;
+constexpr std::size_t most_at_once = 3;
+constexpr double far_more_than_noise = 40;  // that one more explains of the squared residual
 constexpr Index axes_of_readings = 6;
 
 // Signatures of offsets of some readings, and what they explain beside a fit.
 class OffsetSignatures {
  public:
   OffsetSignatures(const Candidate& candidate, const Campaign& campaign, const PlatformAxes& axes,
-                   const Noise& noise, const BaseFit& fit)
+                   const Noise& noise, const BaseFit& fit, const MatrixXd& explained)
       : values_(values_in_use(campaign)),
         offsets_(campaign, axes),
         noise_(noise),
         shared_(noise, values_),
-        space_(-fit.at.residual, fit.at.jacobian),
+        space_(-fit.at.residual, beside(fit.at.jacobian, explained)),
         deviations_(Eigen::Map<const Eigen::Matrix<double, 1, axes_of_readings>>(
             candidate.deviations.data())) {}
 
@@ -64,23 +66,36 @@ std::size_t best_among(const OffsetSignatures& offsets, const std::vector<vjm::E
   return best;
 }
 
-}  // namespace
-
-std::optional<Placement> best_placement(const Candidate& candidate, const Campaign& campaign,
-                                        const PlatformAxes& axes, const Noise& noise,
-                                        const BaseFit& fit) {
-  const std::vector<vjm::Effect> all = placements(candidate.effect, campaign, axes);
-  if (all.empty()) return std::nullopt;
-  const OffsetSignatures offsets(candidate, campaign, axes, noise, fit);
+const vjm::Effect& best_of(const OffsetSignatures& offsets, const std::vector<vjm::Effect>& all) {
   const std::size_t stride = (all.size() + most_placements - 1) / most_placements;
   std::size_t best = best_among(offsets, all, 0, all.size(), stride);
   if (stride > 1)
     best = best_among(offsets, all, best - std::min(best, stride - 1),
                       std::min(all.size(), best + stride), 1);
-  Placement placement{candidate, offsets.columns(all[best])};
-  placement.columns.col(0) = placement.columns.rowwise().sum().eval();
-  placement.candidate.effect = all[best];
-  return placement;
+  return all[best];
+}
+
+}  // namespace
+
+std::vector<Placement> best_placements(const Candidate& candidate, const Campaign& campaign,
+                                       const PlatformAxes& axes, const Noise& noise,
+                                       const BaseFit& fit) {
+  const std::vector<vjm::Effect> all = placements(candidate.effect, campaign, axes);
+  std::vector<Placement> result;
+  MatrixXd explained(fit.at.residual.size(), 0);
+  bool may_be_more = !all.empty();
+  while (may_be_more) {
+    const OffsetSignatures offsets(candidate, campaign, axes, noise, fit, explained);
+    const vjm::Effect& best = best_of(offsets, all);
+    const bool stands_out = offsets.explained(best) > far_more_than_noise;
+    if (!result.empty() && !stands_out) break;
+    Placement& placement = result.emplace_back(candidate, offsets.columns(best));
+    placement.candidate.effect = best;
+    explained = beside(explained, placement.columns);
+    placement.columns.col(0) = placement.columns.rowwise().sum().eval();
+    may_be_more = stands_out && result.size() < most_at_once;
+  }
+  return result;
 }
 
 }  // namespace kinetostat::calibration

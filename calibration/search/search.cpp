@@ -12,7 +12,6 @@
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/search/fit_starts.h"
-#include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/calibration/search/pair_screen.h"
 #include "kinetostat/calibration/search/usual_values.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
@@ -98,10 +97,11 @@ std::optional<BaseFit> tried(const Fit& fit, std::string& failure) {
 
 // Why a candidate is not tried beside others; empty: it is.
 std::string why_not_beside(const std::vector<Candidate>& present, const Candidate& candidate) {
-  const vjm::EffectClass own = candidate.effect.kind->effect_class;
+  const vjm::EffectKind& own = *candidate.effect.kind;
   for (const Candidate& other : present) {
-    if (other.name() == candidate.name()) return "it is in the model already";
-    if (vjm::has_one_law(own) && other.effect.kind->effect_class == own &&
+    if (other.name() == candidate.name() && !own.offsets_readings)
+      return "it is in the model already";
+    if (vjm::has_one_law(own.effect_class) && other.effect.kind->effect_class == own.effect_class &&
         other.effect.at == candidate.effect.at)
       return fmt::format("the place has {} already", other.effect.kind->name);
   }
@@ -198,19 +198,35 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   // Each reading by itself: whitened by what they share, one gross error would be in many.
   const SharedNoise shared(fitter_.noise(), values_);
   const auto of_each = [&](MatrixXd columns) {
+// What is of some readings is an effect of its own at each of them: a second one beside the first.
+Search::ByEffect Search::signatures_by_effect() const {
+  ByEffect result;
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const bool goes_on = i > 0 && owner_[i].first == owner_[i - 1].first;
+    const bool is_alone = candidates_[owner_[i].first].effect.kind->offsets_readings;
+    if (!goes_on || is_alone) {
+      EffectEntry entry{.handicap = signatures_[i].handicap};
+      if (goes_on) entry.beside = result.entries.size() - 1;
+      result.entries.push_back(entry);
+      result.signatures.emplace_back();
+    }
+    result.signatures.back().push_back(i);
+  }
+  return result;
+}
+
     shared.restore(columns);
     return columns;
   };
-  const auto effect = [&](std::size_t c) {
+  const ByEffect effects = signatures_by_effect();
+  const auto effect = [&](std::size_t e) {
     MatrixXd columns(fit.at.residual.size(), 0);
-    for (std::size_t i = 0; i < signatures_.size(); ++i)
-      if (owner_[i].first == c) columns = beside(columns, signatures_[i].of_usual_size());
+    for (const std::size_t i : effects.signatures[e])
+      columns = beside(columns, signatures_[i].of_usual_size());
     return of_each(std::move(columns));
   };
-  std::vector<double> handicaps;
-  for (const Candidate& candidate : candidates_) handicaps.push_back(handicap_of(candidate));
   return calibration::outliers(-of_each(fit.at.residual), of_each(fit.at.jacobian),
-                               candidates_.size(), effect, handicaps);
+                               effects.entries.size(), effect, effects.entries);
 }
 
 SignatureTable Search::signature_table(const BaseFit& fit) const {

@@ -10,6 +10,7 @@
 
 #include "kinetostat/calibration/search/diagnosis_options.h"
 #include "kinetostat/calibration/search/fit_starts.h"
+#include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/calibration/search/ranking.h"
 #include "kinetostat/calibration/search/signature_table.h"
 
@@ -71,6 +72,12 @@ class Search {
                      std::vector<BaseFit>& fits);
 
  private:
+  // Of what each effect has among signatures_, when it is looked for beside outliers.
+  struct ByEffect {
+    std::vector<std::vector<std::size_t>> signatures;
+    std::vector<EffectEntry> entries;
+  };
+  ByEffect signatures_by_effect() const;
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const std::vector<double>& explained, const ResidualSpace& space,
                      DiagnosisStep& step, std::vector<BaseFit>& fits);

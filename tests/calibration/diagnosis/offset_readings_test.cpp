@@ -1,4 +1,5 @@
 // A target that slips once, and a cycle whose zero was taken wrong: found, and which readings.
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -143,6 +144,36 @@ TEST_P(OffsetReadings, AreThoseOfOneCycle) {
   EXPECT_TRUE(d.set_aside.empty());
   EXPECT_THAT(report::headline(bench.robot(), campaign, d),
               testing::HasSubstr("in cycle 'c3' of session 'am'"));
+}
+
+// The values of that name of all that were found of a kind, ascending.
+std::vector<double> found_ones(const Diagnosis& d, const std::string& kind, Eigen::Index value) {
+  std::vector<double> values;
+  for (const FoundEffect& one : d.found)
+    if (one.candidate.effect.kind->name == kind)
+      values.push_back(one.candidate.effect.values[value]);
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+TEST_P(OffsetReadings, MayBeThoseOfTwoCycles) {
+  Bench bench(GetParam());
+  const Campaign campaign =
+      off_by(off_by(bench.pushed(), 9, 18, -14e-6, 10e-6), 45, 54, 11e-6, 9e-6);
+  const Diagnosis d = bench.diagnose(campaign, {});
+  EXPECT_EQ(d.verdict, Verdict::identified) << said(d);
+  EXPECT_THAT(found_ones(d, "cycle_offset", 6), testing::ElementsAre(2, 6)) << said(d);
+  EXPECT_TRUE(d.set_aside.empty());
+}
+
+// In each session once.
+TEST_P(OffsetReadings, MayBeThoseAfterEachOfTwoSlips) {
+  Bench bench(GetParam());
+  const Campaign campaign =
+      off_by(off_by(bench.pushed(), 14, 36, 15e-6, -9e-6), 55, 72, -12e-6, -14e-6);
+  const Diagnosis d = bench.diagnose(campaign, {});
+  EXPECT_EQ(d.verdict, Verdict::identified) << said(d);
+  EXPECT_THAT(found_ones(d, "target_slip", 6), testing::ElementsAre(1, 2)) << said(d);
 }
 
 TEST_P(OffsetReadings, AreNoneWhereAJointHasFrictionOrPlay) {

@@ -55,7 +55,7 @@ TEST_P(CycloidalDrive, HasFrictionAndIsSoftAboutZero) {
   };
   EXPECT_LT(bar(as_adopted), bar("refitted") / 1.9);
   for (const FoundEffect& found : d.found) {
-    EXPECT_EQ(found.candidate.effect.at, "drive.q");
+    EXPECT_EQ(found.candidate.effect.at, "drive.q") << found.candidate.name();
     if (found.candidate.effect.kind->name == "friction") {
       EXPECT_NEAR(found.candidate.effect.values[0], 2.0, 0.4);
     }
