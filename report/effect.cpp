@@ -24,6 +24,8 @@ std::string prior_unit(const vjm::EffectParameter& parameter) {
       return "over the range of the joint's commands in the readings";
     case vjm::PriorUnit::change_read:
       return "times the largest change that is read";
+    case vjm::PriorUnit::change_in_session:
+      return "times the largest change that is read, in the time of a session";
     case vjm::PriorUnit::stated_force:
       return "times the largest force that is stated";
     case vjm::PriorUnit::stated_moment:

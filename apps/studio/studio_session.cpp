@@ -131,11 +131,12 @@ StudioSession::StudioSession(vjm::Robot robot, calibration::Campaign campaign,
                              "State a 'noise', or repeat readings");
   const calibration::Predictor nominal(robot_.without_effects(), robot_.effects, training_,
                                        threads_, progress);
-  candidates_ = calibration::candidates(
-      robot_, {},
-      calibration::joint_scales(nominal, robot_.without_effects(), training_, noise_, progress));
   fitter_.emplace(robot_, training_, noise_, threads_, progress);
   models_[{}] = {{}, fitter_->fit({}, nullptr, progress)};
+  candidates_ = calibration::candidates(
+      robot_, {},
+      calibration::joint_scales(nominal, robot_.without_effects(), training_, noise_,
+                                models_.at({}).fit, progress));
   Json effects = Json::array();
   for (const Candidate& candidate : candidates_) effects.push_back(effect_json(candidate));
   opening_ = {{"result", report::to_json(campaign_, comparison)},

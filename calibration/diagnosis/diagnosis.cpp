@@ -138,11 +138,12 @@ class Baseline {
       : noise_(noise),
         given_(only(whole, {Role::fit, Role::select})),
         all_(robot, given_, noise, threads, progress, options.journal),
-        scales_(joint_scales(all_.predictor(), robot.without_effects(), given_, noise, progress)),
-        tried_(candidates(robot, options.kinds, scales_)),
-        whole_search_(all_, tried_, options, threads, progress),
         fit_(with_hint_of_unit_error(all_.predictor(), given_, progress,
                                      [&] { return all_.fit({}, nullptr, progress); })),
+        scales_(
+            joint_scales(all_.predictor(), robot.without_effects(), given_, noise, fit_, progress)),
+        tried_(candidates(robot, options.kinds, scales_)),
+        whole_search_(all_, tried_, options, threads, progress),
         campaign_(without_outliers()),
         fitter_(robot, campaign_, noise, threads, progress, options.journal),
         search_(fitter_, tried_, options, threads, progress) {
@@ -190,10 +191,10 @@ class Baseline {
   const Noise& noise_;
   Campaign given_;
   CandidateFitter all_;
+  BaseFit fit_;
   vjm::ReadingScales scales_;
   std::vector<Candidate> tried_;
   Search whole_search_;
-  BaseFit fit_;
   Campaign campaign_;
   CandidateFitter fitter_;
   Search search_;

@@ -16,7 +16,7 @@ using Eigen::Index;
 
 constexpr double usual_lever = 0.3;  // [m] that is usual
 
-// Least and largest deflection of a coordinate in each configuration.
+// Least and largest of some values.
 struct Range {
   double least = 0, most = 0;
   bool any = false;
@@ -77,15 +77,47 @@ double measured_change(const Campaign& campaign, const spatial::Dimension& dimen
   return 2 * std::sqrt(largest);
 }
 
-// What a joint would move that is alone behind all that was measured; where it turns and only
-// translations were measured, or the reverse, at a usual lever.
-double play_of(const Campaign& campaign, bool turns) {
-  const auto &same_kind = turns ? spatial::dimension::angle : spatial::dimension::length,
-             &other_kind = turns ? spatial::dimension::length : spatial::dimension::angle;
-  if (const double same = measured_change(campaign, same_kind); same > 0) return same;
-  const double other = measured_change(campaign, other_kind);
-  return turns ? other / usual_lever : other * usual_lever;
+// The same from what a fit predicts.
+double unpredicted_change(const Campaign& campaign, const BaseFit& fit,
+                          const spatial::Dimension& dimension) {
+  double largest = 0;
+  for (const std::vector<Index>& kind : component_kinds(campaign)) {
+    if (campaign.component(kind.front()).dimension != dimension) continue;
+    for (std::size_t r = 0; r < campaign.readings.size(); ++r) {
+      double square = 0;
+      for (const Index k : kind)
+        if (campaign.readings[r].uses(k))
+          square += std::pow(campaign.readings[r].displacement[k] - fit.predicted[r][k], 2);
+      largest = std::max(largest, square);
+    }
+  }
+  return 2 * std::sqrt(largest);
 }
+
+// The largest change that is read [m; rad], 0 where none is.
+struct LargestChange {
+  double shift = 0, turn = 0;
+
+  LargestChange(const Campaign& campaign, const BaseFit& fit)
+      : shift(of(campaign, fit, spatial::dimension::length)),
+        turn(of(campaign, fit, spatial::dimension::angle)) {}
+
+  // What a joint would move that is alone behind all that was measured; where it turns and only
+  // translations were measured, or the reverse, at a usual lever.
+  double play(bool turns) const {
+    if (turns) return turn > 0 ? turn : shift / usual_lever;
+    return shift > 0 ? shift : turn * usual_lever;
+  }
+
+ private:
+  // Where poses are read, those of one configuration may not change at all.
+  static double of(const Campaign& campaign, const BaseFit& fit,
+                   const spatial::Dimension& dimension) {
+    const double change = measured_change(campaign, dimension);
+    if (campaign.displacement == DisplacementKind::difference) return change;
+    return std::max(change, unpredicted_change(campaign, fit, dimension));
+  }
+};
 
 // Of a joint [m or rad], in the order of their size.
 std::vector<double> commands_of(const Predictor& predictor, const Campaign& campaign,
@@ -130,10 +162,14 @@ void lift(const std::vector<vjm::JointScale*>& sort, double play) {
   }
 }
 
-double change_or_usual(const Campaign& campaign, const spatial::Dimension& dimension,
-                       double usual) {
-  const double change = measured_change(campaign, dimension);
-  return change > 0 ? change : usual;
+// The longest time from the first reading of a session to its last; 0 where none has a time.
+double longest_session(const Campaign& campaign) {
+  std::map<std::size_t, Range> times;
+  for (const Reading& reading : campaign.readings)
+    if (reading.time) times[reading.session].add(*reading.time);
+  double longest = 0;
+  for (const auto& [session, range] : times) longest = std::max(longest, range.most - range.least);
+  return longest;
 }
 
 // One row a reading in a cycle: how far it is from the mean of its configuration, in units of the
@@ -203,14 +239,16 @@ void find_loads(const Campaign& campaign, vjm::ReadingScales& scales) {
 }  // namespace
 
 vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
-                                const Campaign& campaign, const Noise& noise,
+                                const Campaign& campaign, const Noise& noise, const BaseFit& fit,
                                 common::Progress& progress) {
   const Predictions predictions = nominal.predict({}, {}, false, progress);
   if (predictions.failure) return {};
   vjm::ReadingScales scales;
   scales.joints.resize(bare.size());
-  scales.shift = change_or_usual(campaign, spatial::dimension::length, scales.shift);
-  scales.turn = change_or_usual(campaign, spatial::dimension::angle, scales.turn);
+  const LargestChange change(campaign, fit);
+  if (change.shift > 0) scales.shift = change.shift;
+  if (change.turn > 0) scales.turn = change.turn;
+  if (const double session = longest_session(campaign); session > 0) scales.session = session;
   find_loads(campaign, scales);
   scales.tell_lag = tell_lag(campaign, noise);
   scales.differences = campaign.displacement == DisplacementKind::difference;
@@ -232,8 +270,8 @@ vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator
       scale.load = chain.stiffness()(k, k) * scale.travel;
     }
   }
-  lift(slides, play_of(campaign, false));
-  lift(turns, play_of(campaign, true));
+  lift(slides, change.play(false));
+  lift(turns, change.play(true));
   return scales;
 }
 

@@ -72,6 +72,11 @@ bool may_be_balanced(const vjm::EffectSite& site, const vjm::Manipulator& bare) 
   return before < (bare.gravity().isZero(0) ? 3 : 2);
 }
 
+// What balances a weight that the model does not have is an eccentric drive in poses.
+bool is_weightless_in_poses(const vjm::Manipulator& bare, const vjm::ReadingScales& scales) {
+  return bare.gravity().isZero(0) && !scales.differences;
+}
+
 // How many the readings have of a joint; enough where nothing is known of them.
 int commands_of(const vjm::EffectSite& site, const vjm::Manipulator& bare,
                 const vjm::ReadingScales& scales) {
@@ -95,8 +100,9 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                       .at = place,
                       .sites = vjm::effect_sites(*kind, bare, place),
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
-  if (has(robot, candidate.effect) || (kind->lags_behind && !scales.tell_lag) ||
-      (kind->is_of_gauges && !scales.differences))
+  if ((has(robot, candidate.effect) && !kind->offsets_readings) ||
+      (kind->lags_behind && !scales.tell_lag) || (kind->is_of_gauges && !scales.differences) ||
+      (kind->balances_weight && is_weightless_in_poses(bare, scales)))
     return std::nullopt;
   const bool is_asked_more = kind->balances_weight || kind->least_commands > 1;
   if (is_asked_more &&
@@ -178,7 +184,10 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
                     [&](const Candidate& candidate) { return is_of_kind(candidate.effect); }))
       continue;
     const std::string reason =
-        kind->balances_weight ? "none of the first axes that lift weight is moved in these readings"
+        kind->balances_weight && is_weightless_in_poses(robot.without_effects(), scales)
+            ? "the robot file states no 'gravity', and in poses it looks like an eccentric drive"
+        : kind->balances_weight
+            ? "none of the first axes that lift weight is moved in these readings"
         : kind->least_commands > 1
             ? fmt::format("no joint with a spring is at {} or more commands in these readings",
                           kind->least_commands)

@@ -276,9 +276,12 @@ JointScale scale_of(const Effect& effect, const Manipulator& bare, const Reading
 std::optional<double> prior_deviation_of_readings(const EffectParameter& parameter,
                                                   const ReadingScales& scales) {
   const double share = parameter.prior_sd;
+  const double change = parameter.linear.angle != 0 ? scales.turn : scales.shift;
   switch (parameter.prior_unit) {
     case PriorUnit::change_read:
-      return share * (parameter.linear.angle != 0 ? scales.turn : scales.shift);
+      return share * change;
+    case PriorUnit::change_in_session:
+      return share * change / scales.session;
     case PriorUnit::stated_force:
       return share * scales.force;
     case PriorUnit::stated_moment:

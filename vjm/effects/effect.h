@@ -56,6 +56,7 @@ enum class PriorUnit {
   load_compliance,    // compliance over load: what such a load adds to the spring's
   per_joint_span,     // one over the range of its commands
   change_read,        // the largest change that is read, of translations or of rotations
+  change_in_session,  // the same over the longest time that a session lasts
   stated_force,       // the largest force that is stated, and the largest moment; of what is not
   stated_moment,      // stated, the other at 0.3 m
   per_force_squared,  // one over the square of those
@@ -87,6 +88,7 @@ struct ReadingScales {
   std::vector<std::vector<JointScale>> joints;  // one a chain and coordinate; empty: usual ones
   double shift = 1e-3, turn = 3e-3;             // the largest change that is read [m], [rad]
   double force = 500, moment = 150;             // the largest load that is stated [N], [N m]
+  double session = 3600;                        // the longest time that a session lasts [s]
   /// They move in several directions and back, so that an instrument which lags behind does not
   /// look like a joint with friction.
   bool tell_lag = true;

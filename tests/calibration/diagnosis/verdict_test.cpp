@@ -169,16 +169,16 @@ TEST(Verdict, AnEffectOfUnusualSizeReadFromANoisyDatumHasItsName) {
   EXPECT_LT(d.after->p_value, 1e-6);  // by independent noise much would be left
 }
 
-// A straight drift of twenty times its usual size. An unmodelled smooth error has no size of its
-// own: that is no evidence for it.
+// A creep of fifteen times its usual size. An unmodelled smooth error has no size of its own: that
+// is no evidence for it.
 TEST(Verdict, AnUnusualSizeIsNoReasonForAnErrorWithoutAForm) {
   Laboratory laboratory(slide);
-  laboratory.hide("session_drift", "sensor", "z=0.1 um/s");
+  laboratory.hide("creep", "q", "c=1.5e-6 m/N,tau=100 s");
   const Diagnosis d =
       laboratory.diagnose(laboratory.measure(loops()), {"session_drift", "creep", "friction"});
   EXPECT_EQ(d.verdict, Verdict::identified);
   ASSERT_EQ(d.found.size(), 1u);
-  EXPECT_EQ(d.found[0].candidate.name(), "session_drift at sensor");
+  EXPECT_EQ(d.found[0].candidate.name(), "creep at cell.q");
   EXPECT_GT(d.found[0].times_usual, unusual);
   EXPECT_LT(d.steps[0].free_form_probability, 1e-3);
 }

@@ -114,10 +114,13 @@ Kind session_drift() {
   kind->confuser =
       "sensor_frame, in one short session; thermal_expansion, when the temperature follows time";
   kind->place = EffectPlace::sensor;
+  constexpr double share = 0.1;  // of what is read, in a session
   for (const char* axis : {"x", "y", "z"})
-    kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, 5e-9));
+    kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, share));
   for (const char* axis : {"rx", "ry", "rz"})
-    kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, 5e-9));
+    kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, share));
+  for (EffectParameter& parameter : kind->parameters)
+    parameter.prior_unit = PriorUnit::change_in_session;
   EffectParameter each_cycle = optional_parameter("each_cycle", spatial::dimension::none, 1, 1);
   each_cycle.lower = 0;
   each_cycle.is_shape = true;
