@@ -337,6 +337,34 @@ BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
                                 const std::vector<Parameter>& unknowns, const BaseFit* near,
                                 const FitEffort& effort, int threads,
                                 common::Progress& progress) const {
+  try {
+    return fitted_as_given(effects, unknowns, near, effort, threads, progress);
+  } catch (const common::NotIdentifiable&) {
+    // A stiffness that the readings hardly see, or not beside this effect, is no reason against it.
+    const std::optional<std::vector<Parameter>> believed = with_design(unknowns);
+    if (!believed) throw;
+    return fitted_as_given(effects, *believed, near, effort, threads, progress);
+  }
+}
+
+std::optional<std::vector<Parameter>> CandidateFitter::with_design(
+    std::vector<Parameter> unknowns) const {
+  std::vector<Parameter> believed = base_;
+  if (unknowns.size() == base_.size() || !believe_design(believed)) return std::nullopt;
+  bool any = false;
+  for (std::size_t k = 0; k < base_.size(); ++k) {
+    if (unknowns[k].prior || !believed[k].prior) continue;
+    believed[k].start = std::clamp(unknowns[k].start, believed[k].lower, believed[k].upper);
+    unknowns[k] = believed[k];
+    any = true;
+  }
+  return any ? std::optional(std::move(unknowns)) : std::nullopt;
+}
+
+BaseFit CandidateFitter::fitted_as_given(const std::vector<vjm::Effect>& effects,
+                                         const std::vector<Parameter>& unknowns,
+                                         const BaseFit* near, const FitEffort& effort, int threads,
+                                         common::Progress& progress) const {
   const Predictions* model = near == nullptr ? nullptr : &near->model;
   const auto compute = [&] { return computed(effects, unknowns, near, effort, threads, progress); };
   if (journal_ == nullptr) return compute();
@@ -544,6 +572,7 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
           {.columns = std::move(placed.columns), .growth = Eigen::RowVectorXd::Ones(count)});
       signatures.starts.push_back(std::move(placed.candidate));
     }
+    if (signatures.all.empty()) signatures.failure = "there are no readings that it could be of";
     return signatures;
   }
   for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
@@ -568,4 +597,3 @@ const CondensedModel& CandidateFitter::condensed(const FittedModel& beside,
 }
 
 }  // namespace kinetostat::calibration
-    if (signatures.all.empty()) signatures.failure = "there are no readings that it could be of";

@@ -141,6 +141,11 @@ class CandidateFitter {
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                  const BaseFit* near, const FitEffort& effort, int threads,
                  common::Progress& progress) const;
+  BaseFit fitted_as_given(const std::vector<vjm::Effect>& effects,
+                          const std::vector<Parameter>& unknowns, const BaseFit* near,
+                          const FitEffort& effort, int threads, common::Progress& progress) const;
+  // Of a model with effects added: what is uncertain anyway near its design; nothing where it is.
+  std::optional<std::vector<Parameter>> with_design(std::vector<Parameter> unknowns) const;
   BaseFit computed(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                    const BaseFit* near, const FitEffort& effort, int threads,
                    common::Progress& progress) const;
