@@ -4,12 +4,6 @@
 #include <map>
 
 namespace kinetostat::calibration {
-namespace {
-
-constexpr double believable_noise = 2;  // times the stated one, to account for a misfit
-
-}  // namespace
-
 bool Diagnosis::is_left_open() const {
   return after && after->reduced() > believable_noise * believable_noise;
 }

@@ -22,6 +22,8 @@ inline constexpr double beaten_by_free_form = 0;
 inline constexpr double law_error = 0.1;
 inline constexpr double unusual = 9;  // times the usual size of an effect: nobody has seen one
 
+inline constexpr double believable_noise = 2;  // times the stated one, to account for a misfit
+
 /// Reason why an effect that acts as the fitted parameters do is not observable.
 inline constexpr const char* confounded_with_fit =
     "it is confounded with the fitted parameters in these readings";

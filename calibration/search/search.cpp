@@ -64,6 +64,10 @@ double noise_in(const BaseFit& fit) {
   return static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
 }
 
+bool is_beyond_noise(const BaseFit& fit) {
+  return fit.squared_error > believable_noise * believable_noise * noise_in(fit);
+}
+
 bool leaves_noise_alone(const BaseFit& fit) {
   constexpr double nearly = 2;
   return fit.values > 0 && fit.squared_error < nearly * noise_in(fit);
@@ -194,10 +198,6 @@ double Search::longest_signature(std::size_t candidate) const {
   return longest;
 }
 
-std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
-  // Each reading by itself: whitened by what they share, one gross error would be in many.
-  const SharedNoise shared(fitter_.noise(), values_);
-  const auto of_each = [&](MatrixXd columns) {
 // What is of some readings is an effect of its own at each of them: a second one beside the first.
 Search::ByEffect Search::signatures_by_effect() const {
   ByEffect result;
@@ -215,6 +215,10 @@ Search::ByEffect Search::signatures_by_effect() const {
   return result;
 }
 
+std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
+  // Each reading by itself: whitened by what they share, one gross error would be in many.
+  const SharedNoise shared(fitter_.noise(), values_);
+  const auto of_each = [&](MatrixXd columns) {
     shared.restore(columns);
     return columns;
   };
@@ -301,7 +305,9 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   progress_.report("detection threshold", 0);
-  const std::optional<std::size_t> correlated = correlated_.prevailing(fit);
+  // However errors last, what is twice the noise is something that is missing.
+  const std::optional<std::size_t> correlated =
+      present.empty() && is_beyond_noise(fit) ? std::nullopt : correlated_.prevailing(fit);
   step.takes_rest_for_noise = correlated.has_value();
   if (correlated) step.max_score = correlated_max_score_test(fit, *correlated);
   std::optional<Screen> screen(std::in_place, space, signatures_);
