@@ -212,23 +212,26 @@ class Posterior {
 
   Answer answer_of(std::vector<const Hypothesis*> members) const {
     std::stable_sort(members.begin(), members.end(),
-                     [](const auto* a, const auto* b) { return a->probability > b->probability; });
+                     [](const auto* a, const auto* b) { return a->log_weight > b->log_weight; });
     Answer answer;
     std::map<std::string, double> of_class;
     double of_laws = 0;
+    // Beside the smooth error of their place all laws may be most improbable.
+    const auto first_law = std::find_if(members.begin(), members.end(),
+                                        [](const Hypothesis* h) { return h->ranked != nullptr; });
     for (const Hypothesis* h : members) {
       answer.probability += h->probability;
       if (!h->ranked) continue;
-      of_laws += h->probability;
+      const double weight = std::exp(h->log_weight - (*first_law)->log_weight);
+      of_laws += weight;
       const std::string limit = class_at_limit(*h, members);
-      of_class[limit.empty() ? class_of(*h->ranked->candidate.effect.kind) : limit] +=
-          h->probability;
+      of_class[limit.empty() ? class_of(*h->ranked->candidate.effect.kind) : limit] += weight;
       if (std::find(answer.places.begin(), answer.places.end(), h->place) == answer.places.end())
         answer.places.push_back(h->place);
       answer.laws.push_back({.candidate = h->candidate,
                              .effect = h->ranked->candidate.effect.kind->name,
                              .at = h->place,
-                             .share = h->probability,
+                             .share = weight,
                              .is_at_limit = !limit.empty()});
     }
     for (LawShare& law : answer.laws) law.share /= of_laws;

@@ -196,15 +196,25 @@ std::string narrowed_in_words(const vjm::Robot& robot, const Decision& decision)
   return fmt::format("one of {}: {}", count, listed(words, "or"));
 }
 
+// A list, or one answer and what else may be.
+std::string answers_in_words(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                             const FoundEffect& found) {
+  constexpr double worth_a_word = 0.05;
+  const Decision& decision = found.decision;
+  if (!decision.is_identified && decision.answers.size() > 1)
+    return narrowed_in_words(robot, decision);
+  std::string text = found_in_words(robot, campaign, found);
+  if (decision.unexplained > worth_a_word)
+    text += fmt::format(" or something outside the catalogue ({})",
+                        short_percent(decision.unexplained));
+  return text;
+}
+
 std::string effects_in_words(const vjm::Robot& robot, const calibration::Campaign& campaign,
                              const Diagnosis& d) {
-  std::vector<std::string> words;
-  for (const FoundEffect& found : d.found)
-    words.push_back(found.decision.is_identified || found.decision.answers.size() < 2
-                        ? found_in_words(robot, campaign, found)
-                        : narrowed_in_words(robot, found.decision));
   std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : ", and ") + words[i];
+  for (const FoundEffect& found : d.found)
+    text += (text.empty() ? "" : ", and ") + answers_in_words(robot, campaign, found);
   return capitalised(text) + ".";
 }
 
