@@ -45,7 +45,8 @@ struct Chosen {
 Chosen choose(const GridRequest& request, const vjm::Robot& robot, const report::NamedIndex& index,
               vjm::PoseList& list, Run& run) {
   if (request.map.path.empty())
-    throw UsageError("--turn", "what is chosen is chosen along a path", "Give --path FILE");
+    throw UsageError(request.free.given(), "what is chosen is chosen along a path",
+                     "Give --path FILE");
   if (!list.poses.empty() && list.poses.front().is_by_joints)
     throw UsageError("--path", "joints that are all given leave nothing to choose",
                      "Give the path as poses, x, y, z, rx, ry, rz");

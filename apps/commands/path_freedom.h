@@ -16,6 +16,10 @@ struct FreedomRequest {
   std::vector<std::string> joints, joint_ranges, joint_changes;
 
   bool is_asked_for() const { return !turn.empty() || !joints.empty() || !place.empty(); }
+  /// The first of them that is.
+  std::string given() const {
+    return !turn.empty() ? "--turn" : !joints.empty() ? "--joint" : "--place";
+  }
   void add_options(OptionList& app);
   /// For the poses of a path as they were given. Throws UsageError, also for a joint that no pose
   /// of them leaves free.
