@@ -157,9 +157,11 @@ std::string chain_wrenches_text(const Robot& robot, const Equilibrium& equilibri
     wrenches.push_back(chain.wrench);
     held.push_back(stability_text(chain.held));
   }
-  return fmt::format("Wrenches on the chains at their ends, base axes [{}; {} {}]:\n{}",
-                     robot.units.force, robot.units.force, robot.units.length,
-                     wrench_table(robot, wrenches, "held", held));
+  return fmt::format(
+      "Wrenches on the chains, moments about the platform's reference point, base axes [{}; {} {}]:"
+      "\n{}",
+      robot.units.force, robot.units.force, robot.units.length,
+      wrench_table(robot, wrenches, "held", held));
 }
 
 }  // namespace

@@ -27,8 +27,9 @@ struct EquilibriumOptions {
 
 /// One chain at equilibrium.
 struct ChainEquilibrium {
-  Eigen::VectorXd coordinates;                   // all of the chain [m or rad]
-  spatial::Wrench wrench;                        // that the platform exerts on the chain, base axes
+  Eigen::VectorXd coordinates;  // all of the chain [m or rad]
+  /// That the platform exerts on the chain, at the platform's reference point there, base axes.
+  spatial::Wrench wrench;
   std::optional<spatial::Stiffness6> stiffness;  // loaded K_c (MMT11 eq. 30); none when rigid
   /// Change of all coordinates with the platform's displacement, K_q and K_theta of MMT11 eq. 29.
   Eigen::MatrixXd motion;
