@@ -130,6 +130,24 @@ vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
   return result.posture;
 }
 
+void warn_beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture, const Run& run) {
+  constexpr double rounding = 1e-9;
+  const auto& chains = robot.manipulator.chains();
+  for (std::size_t c = 0; c < chains.size(); ++c)
+    for (Eigen::Index k = 0; k < chains[c].size(); ++k) {
+      const vjm::Coordinate& joint = chains[c].coordinates()[static_cast<std::size_t>(k)];
+      if (!joint.range) continue;
+      const auto [least, most] = *joint.range;
+      const double value = posture.coordinates[c][k], margin = rounding * (most - least);
+      if (value >= least - margin && value <= most + margin) continue;
+      const std::string& name = is_rotation(joint.motion) ? robot.units.angle : robot.units.length;
+      const double unit = spatial::parse_unit(name).factor;
+      run.warn(fmt::format("joint {} stands at {:.6g} {}, outside of its range {:.6g} to {:.6g} {}",
+                           chains.size() == 1 ? joint.name : chains[c].name() + "." + joint.name,
+                           value / unit, name, least / unit, most / unit, name));
+    }
+}
+
 std::optional<vjm::Posture> PostureRequest::posture_like(const vjm::Posture& known,
                                                          const vjm::Robot& of,
                                                          const vjm::Robot& other) const {

@@ -32,6 +32,9 @@ struct PostureRequest {
                                            const vjm::Robot& other) const;
 };
 
+/// Warns of joints that stand outside of their ranges.
+void warn_beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture, const Run& run);
+
 /// --wrench with --point and --node-load, or --move.
 struct LoadRequest {
   std::string wrench, point, move;

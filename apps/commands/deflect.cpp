@@ -96,6 +96,7 @@ io::Json deflect(const DeflectRequest& request, Run& run) {
         "--wrench", "no load is given, and the robot has no weight",
         "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], --node-load, or --move for a displacement");
   const vjm::Posture posture = request.posture.posture(robot);
+  warn_beyond_ranges(robot, posture, run);
   if (request.method == "fixed-point") return by_fixed_point(request, robot, posture, run);
   vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   const vjm::SegmentCheck segments =

@@ -201,6 +201,7 @@ io::Json modes_of_robot(Run& run, const ModesRequest& request) {
   refuse_options_of_links(request);
   const vjm::Robot robot = request.robot.read();
   const vjm::Posture posture = request.robot.posture(robot);
+  warn_beyond_ranges(robot, posture, run);
   report::RobotModes modes{.found = modes_in_posture(request, robot, posture),
                            .is_loaded = is_loaded(request)};
   if (!(modes.found.mass > 0))

@@ -69,6 +69,7 @@ Unloaded unloaded_robot(const StiffnessRequest& request, const vjm::Robot& robot
 io::Json stiffness(const StiffnessRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   const vjm::Posture posture = request.posture.posture(robot);
+  warn_beyond_ranges(robot, posture, run);
   if (!request.uncertainty.drawn.empty() && request.load.given())
     throw UsageError("--drawn", "without and under the load there are two sets of draws",
                      "Ask 'kinetostat deflect' for those under the load");

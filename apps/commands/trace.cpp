@@ -154,6 +154,7 @@ io::Json trace(const TraceRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   const vjm::PathTask task = request.task(robot);
   check_that_something_grows(request, task);
+  warn_beyond_ranges(robot, request.posture.posture(robot), run);
   const vjm::Path path = trace(request, robot, request.path, run);
   if (path.status != vjm::EquilibriumStatus::converged)
     throw common::NoConvergence("there is no equilibrium to start from: " + path.reason);

@@ -91,20 +91,34 @@ std::string stiffness_in_words(const vjm::Robot& robot, double compliance,
                      shown(uncertainty->first_order.estimate[along]), spread, shown(compliance));
 }
 
+// Without rotations; where these are rigid in some direction, without moments.
+std::optional<spatial::Matrix3> translational_stiffness(const vjm::UnloadedStiffness& unloaded) {
+  if (unloaded.stiffness)
+    return spatial::Matrix3(unloaded.stiffness->matrix().topLeftCorner<3, 3>());
+  if (!unloaded.compliance) return std::nullopt;
+  const spatial::Matrix3 compliance = unloaded.compliance->matrix().topLeftCorner<3, 3>();
+  const Eigen::FullPivLU<spatial::Matrix3> factors(compliance);
+  constexpr double least_rcond = 1e-12;
+  if (factors.rcond() < least_rcond) return std::nullopt;
+  return factors.inverse();
+}
+
 // Rows of the translational stiffness, the springs that yield most beside them.
 std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness,
                             const std::vector<std::pair<std::string, double>>& places) {
-  std::string text = fmt::format(
-      "  {:<48}  {}\n", fmt::format("stiffness [{}]  x         y         z", stiffness_unit(robot)),
-      places.empty() ? "" : "yields along the softest direction");
+  const std::optional<spatial::Matrix3> found = translational_stiffness(stiffness);
+  const std::string heading =
+      !found ? ""
+             : fmt::format("{} [{}]  x         y         z",
+                           stiffness.stiffness ? "stiffness" : "no moment", stiffness_unit(robot));
+  std::string text = fmt::format("  {:<48}  {}\n", heading,
+                                 places.empty() ? "" : "yields along the softest direction");
   const std::size_t rows = std::max<std::size_t>(3, std::min(places.size(), most_springs));
-  const spatial::Matrix3 k =
-      stiffness.stiffness ? spatial::Matrix3(stiffness.stiffness->matrix().topLeftCorner<3, 3>())
-                          : spatial::Matrix3::Zero();
+  const spatial::Matrix3 k = found.value_or(spatial::Matrix3::Zero());
   const double largest = k.cwiseAbs().maxCoeff();
   for (std::size_t i = 0; i < rows; ++i) {
     std::string left;
-    if (i < 3 && stiffness.stiffness) {
+    if (i < 3 && found) {
       left = fmt::format("{:>14}  ", std::string(1, "xyz"[i]));
       for (int j = 0; j < 3; ++j) {
         const double value = k(static_cast<Eigen::Index>(i), j);
@@ -378,7 +392,8 @@ std::string first_screen(const vjm::Robot& robot, const vjm::Assembly& assembly)
   std::string text = wrapped(headline(robot, assembly));
   if (e.status != vjm::EquilibriumStatus::converged) return text;
   const std::string moment = robot.units.force + " " + robot.units.length;
-  Table table({"chain", "internal force " + robot.units.force, "moment " + moment});
+  Table table({"chain", "internal force " + robot.units.force,
+               "moment about the reference point " + moment});
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t c = 0; c < e.chains.size(); ++c)
     order.emplace_back(-e.chains[c].wrench.force.norm(), c);
