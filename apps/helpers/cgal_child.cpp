@@ -29,6 +29,7 @@
 
 #include "kinetostat/fea/surface/cgal_protocol.h"
 
+#include "body_split.h"
 #include "child.h"
 
 namespace {
@@ -57,8 +58,23 @@ Soup soup_of(const Request& request) {
   return soup;
 }
 
-Mesh mesh_of(Soup soup) {
+// Whether to give bodies that share edges corners of their own, or to cut them there.
+enum class SharedEdges { cut, split };
+
+void split_bodies(Soup& soup) {
+  helpers::Triangles mesh;
+  for (const Point& p : soup.points) mesh.points.emplace_back(p.x(), p.y(), p.z());
+  for (const auto& facet : soup.facets) mesh.corners.push_back({facet[0], facet[1], facet[2]});
+  helpers::split_bodies(mesh);
+  soup.points.clear();
+  for (const auto& p : mesh.points) soup.points.emplace_back(p.x(), p.y(), p.z());
+  for (std::size_t f = 0; f < soup.facets.size(); ++f)
+    soup.facets[f].assign(mesh.corners[f].begin(), mesh.corners[f].end());
+}
+
+Mesh mesh_of(Soup soup, SharedEdges shared = SharedEdges::cut) {
   pmp::repair_polygon_soup(soup.points, soup.facets);
+  if (shared == SharedEdges::split) split_bodies(soup);
   pmp::orient_polygon_soup(soup.points, soup.facets);  // splits what is not manifold
   Mesh mesh;
   pmp::polygon_soup_to_polygon_mesh(soup.points, soup.facets, mesh);
@@ -171,7 +187,8 @@ std::vector<Batch> batches_of(const std::vector<Mesh>& pieces) {
 // The union of all bodies, less the cavities: shells that face inwards.
 Answer unite(const Request& request) {
   std::int64_t flat = 0;
-  std::vector<Batch> batches = batches_of(pieces_of(mesh_of(soup_of(request)), flat));
+  std::vector<Batch> batches =
+      batches_of(pieces_of(mesh_of(soup_of(request), SharedEdges::split), flat));
   Mesh whole = std::move(batches.front().mesh);
   for (std::size_t i = 1; i < batches.size(); ++i) {
     Batch& batch = batches[i];

@@ -307,6 +307,18 @@ TEST(RepairByCgal, UniteGivesTheExactUnion) {
   expect_sound(mesh, 6 + 1, 1e-9);
 }
 
+// Two boxes with a face in common, each of which cuts it along a diagonal of its own.
+TEST(RepairByCgal, UniteTakesBodiesThatShareAFace) {
+  SurfaceMesh mesh = box_surface({0, 0, 0}, {1, 2, 1});
+  SurfaceMesh other = box_surface({1, 0, 0}, {3, 2, 1});
+  for (Vector3& point : other.points) point.y() = 2 - point.y();  // mirrored, and so turned over
+  append(mesh, inverted(other));
+  weld_open_edges(mesh, 1e-9);
+  mend(mesh, {RepairStep::weld, RepairStep::unite});
+  expect_sound(mesh, 6, 1e-9);
+  EXPECT_EQ(check_surface(mesh, tolerance).bodies(), 1);
+}
+
 // Steps of a union that are thinner than what a file is welded by: what the file gives back is what
 // was repaired, and was checked.
 TEST(RepairByCgal, WhatIsWrittenIsWhatWasChecked) {
