@@ -91,6 +91,20 @@ std::string place_text(const Map& map, std::size_t number_of_pose) {
   return text;
 }
 
+// "(500, 200, 0) mm, (0, 90, 0) deg"; of joints "(q1 = 30, q2 = 60)".
+std::string place_in_units(const Map& map, std::size_t number_of_pose) {
+  const std::string place = place_text(map, number_of_pose);
+  if (!joints_of(map).empty()) return fmt::format("({})", place);
+  const spatial::Vector6 c = coordinates_of(map.list.poses[number_of_pose].platform);
+  const std::string& length = map.robot.units.length;
+  if (c.tail<3>().isZero(1e-12)) return fmt::format("({}) {}", place, length);
+  const double unit = spatial::parse_unit(length).factor;
+  const double angle = spatial::parse_unit(map.robot.units.angle).factor;
+  return fmt::format("({}, {}, {}) {}, ({}, {}, {}) {}", number(c[0] / unit), number(c[1] / unit),
+                     number(c[2] / unit), length, number(c[3] / angle), number(c[4] / angle),
+                     number(c[5] / angle), map.robot.units.angle);
+}
+
 std::vector<std::string> range_row(const Map& map, std::size_t k) {
   const NamedIndex& index = map.indices[k];
   const vjm::MapRange range = range_of(map.points, k);
@@ -227,17 +241,20 @@ std::string headline(const Map& map) {
   if (range.count == 0)
     return fmt::format("No value of {} at any of {} poses.{}", index.name, map.points.size(),
                        hint(map));
+  const std::string unit = index.unit.empty() ? "" : " " + index.unit;
   const auto shown = [&](double v) { return number(v / index.factor, 4); };
-  return fmt::format("{} {} to {}{}{}, {}{} in the mean, over {} of {} poses; least at ({}){}.",
-                     index.name, shown(range.smallest), shown(range.largest),
-                     index.unit.empty() ? "" : " ", index.unit, shown(range.mean),
-                     index.unit.empty() ? "" : " " + index.unit, range.count, map.points.size(),
-                     place_text(map, range.smallest_at),
-                     joints_of(map).empty() ? " " + map.robot.units.length : "");
+  if (map.points.size() == 1)
+    return fmt::format("{} {}{} at {}.", index.name, shown(range.mean), unit,
+                       place_in_units(map, range.smallest_at));
+  return fmt::format("{} {} to {}{}, {}{} in the mean, over {} of {} poses; least at {}.",
+                     index.name, shown(range.smallest), shown(range.largest), unit,
+                     shown(range.mean), unit, range.count, map.points.size(),
+                     place_in_units(map, range.smallest_at));
 }
 
 std::string text(const Map& map) {
-  std::string out = fmt::format("{}: {} poses", map.robot.name, map.points.size());
+  std::string out = fmt::format("{}: {} pose{}", map.robot.name, map.points.size(),
+                                map.points.size() == 1 ? "" : "s");
   for (const MapState state : all_states)
     if (const auto count = count_of(map.points, state); count != 0)
       out += fmt::format(", {} {}", count, to_string(state));
