@@ -32,7 +32,7 @@ class Eccentricity : public EffectKind {
     confuser = "geometric_error in front of the joint, at few postures";
     place = EffectPlace::joint;
     acts_on_joint_alone = true;
-    parameters = {amplitude("cosine"), amplitude("sine"), order_of_ripple()};
+    parameters = {amplitude("cosine"), amplitude("sine"), order_of_ripple({1, 2, 3, 4})};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,

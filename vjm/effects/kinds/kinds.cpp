@@ -2,6 +2,7 @@
 
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -24,7 +25,7 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
           .required = false};
 }
 
-EffectParameter order_of_ripple() {
+EffectParameter order_of_ripple(std::vector<double> of_turn) {
   constexpr double turn = 2 * std::numbers::pi;
   return {.name = "order",
           .linear = {.length = -1, .angle = 1},
@@ -36,7 +37,7 @@ EffectParameter order_of_ripple() {
           .required = false,
           .is_shape = true,
           .usual_linear = {turn / 0.005, turn / 0.01, turn / 0.02},
-          .usual_angular = {1, 2}};
+          .usual_angular = std::move(of_turn)};
 }
 
 EffectParameter lag_of_temperature() {

@@ -84,9 +84,9 @@ auto vector_error(Vector ReadingErrors::*member) {
   return std::make_shared<VectorError<Vector>>(member);
 }
 
-/// How often what ripples with a joint's command does so in one radian: once or twice a turn, or
+/// How often what ripples with a joint's command does so in one radian: usually so often a turn, or
 /// once a turn of a screw with a lead of 5, 10 or 20 mm.
-EffectParameter order_of_ripple();
+EffectParameter order_of_ripple(std::vector<double> of_turn);
 
 /// `lag` [s] of a part behind the temperature that is read (temperature_lag).
 EffectParameter lag_of_temperature();

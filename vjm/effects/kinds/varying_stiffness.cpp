@@ -92,7 +92,7 @@ class PeriodicStiffness : public VaryingStiffness {
     confuser = "eccentricity, which is there without load; stiffness_along_joint";
     least_commands =
         4;  // its two amplitudes, the stiffness itself, and one to see whether it is so
-    parameters = {amplitude("cosine"), amplitude("sine"), order_of_ripple()};
+    parameters = {amplitude("cosine"), amplitude("sine"), order_of_ripple({1, 2})};
   }
 
  protected:
