@@ -14,7 +14,7 @@ struct DecisionRules {
   /// Power-posterior exponent: the weight of a model is exp(exponent * log evidence).
   double exponent = learning_rate;
   /// Prior odds of "nothing is missing" over one kind of effect: as many as there are kinds.
-  double odds_of_nothing = 43;
+  double odds_of_nothing = 44;
   /// d' below which two places of a class make the same predictions in these readings.
   double same_place = 2;
   std::size_t most_answers = 5;  // a list of more is none

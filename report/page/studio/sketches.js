@@ -14,6 +14,7 @@ const sketches = {
     joint_compliance: curveOf((x) => 1.6 * x),
     link_compliance: curveOf((x) => 1.6 * x),
     bearing_compliance: curveOf((x) => 1.6 * x),
+    bearing_tilt: curveOf((x) => 1.6 * x),
     base_compliance: curveOf((x) => 1.6 * x),
     base_tilt: curveOf((x) => 1.6 * x),
     platform_compliance: curveOf((x) => 1.6 * x),

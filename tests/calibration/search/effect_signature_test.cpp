@@ -199,7 +199,8 @@ std::string axis_of(const vjm::Effect& effect) {
   if (effect.at.size() < 2 || effect.at[1] != '.') return {};
   const std::string place = effect.at.substr(2);
   const std::string& kind = effect.kind->name;
-  if (kind == "bearing_compliance" || kind == "base_tilt") return {};  // they turn it as well
+  if (kind == "bearing_compliance" || kind == "bearing_tilt" || kind == "base_tilt")
+    return {};  // they turn it as well
   if (place == "base" || place == "rho") return effect.at.substr(0, 1);
   return {};
 }

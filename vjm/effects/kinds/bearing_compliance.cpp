@@ -1,6 +1,8 @@
 // Bearings and guides yield across the motion that they leave free.
-#include <array>
+#include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -11,21 +13,58 @@ namespace kinetostat::vjm::effects {
 namespace bearing_compliance_kind {
 namespace {
 
-enum Value { radial, axial, tilt };
-
-class BearingCompliance : public EffectKind {
+// Of a value for each motion but the joint's own, in series with it.
+class AcrossJoint : public EffectKind {
  public:
-  BearingCompliance() {
-    const auto parameter = [](const char* called, const spatial::Dimension& dimension) {
-      return EffectParameter{.name = called,
-                             .linear = dimension,
-                             .angular = dimension,
-                             .lower = 0,
-                             .upper = 1,
-                             .prior_sd = 0.1,
-                             .prior_unit = PriorUnit::soft_compliance,
-                             .required = false};
-    };
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    const Motion own = motion_of(modifier.chain(), joint);
+    for (const Motion motion : all_motions)
+      if (const auto value = value_of(motion, own))
+        modifier.add_compliance_behind(joint, coordinate_name(joint, motion), motion,
+                                       input.values[*value]);
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& joint,
+                     const EffectInput&) const override {
+    const Motion own = motion_of(columns.state().chain, joint);
+    for (const Motion motion : all_motions)
+      if (const auto value = value_of(motion, own))
+        columns.add_compliance_behind(*value, joint, coordinate_name(joint, motion), motion, 1);
+  }
+
+ protected:
+  // Of its coordinates, whose names are those of no other effect there.
+  explicit AcrossJoint(std::string label) : label_(std::move(label)) { place = EffectPlace::joint; }
+
+  // Which value a motion yields by; none for the joint's own.
+  virtual std::optional<Eigen::Index> value_of(Motion motion, Motion own) const = 0;
+
+  static Motion motion_of(const Chain& chain, const std::string& joint) {
+    return chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion;
+  }
+  static EffectParameter yielding(const char* called, const spatial::Dimension& dimension) {
+    return {.name = called,
+            .linear = dimension,
+            .angular = dimension,
+            .lower = 0,
+            .upper = 1,
+            .prior_sd = 0.1,
+            .prior_unit = PriorUnit::soft_compliance,
+            .required = false};
+  }
+
+ private:
+  std::string coordinate_name(const std::string& joint, Motion motion) const {
+    return label_ + " of " + joint + "." + to_string(motion);
+  }
+
+  std::string label_;
+};
+
+class BearingCompliance : public AcrossJoint {
+ public:
+  BearingCompliance() : AcrossJoint("bearing") {
     name = "bearing_compliance";
     effect_class = EffectClass::compliance;
     summary = "a joint yields across its motion: radially, along its axis, and in tilt";
@@ -35,42 +74,57 @@ class BearingCompliance : public EffectKind {
     source = "passive joints with elastic constraints: MMT11 section 2; JAMRIS09 eq. 1";
     signature = "displacement across the joint's axis, in proportion to the load, at all postures";
     confuser = "link_compliance of the link behind the joint";
-    place = EffectPlace::joint;
-    parameters = {parameter("radial", compliance::linear), parameter("axial", compliance::linear),
-                  parameter("tilt", compliance::angular)};
+    parameters = {yielding("radial", compliance::linear), yielding("axial", compliance::linear),
+                  yielding("tilt", compliance::angular)};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,
            const EffectInput& input) const override {
-    const Eigen::Index k = modifier.chain().index_of(joint);
-    const Motion own = modifier.chain().coordinates()[static_cast<std::size_t>(k)].motion;
-    if (!is_rotation(own) && input.values[axial] != 0)
+    if (!is_rotation(motion_of(modifier.chain(), joint)) && input.values[axial] != 0)
       throw std::invalid_argument(
           fmt::format("joint '{}' slides: along its axis its drive yields, not a bearing", joint));
-    for (const Motion motion : all_motions)
-      if (const auto value = value_of(motion, own))
-        modifier.add_compliance_behind(joint, coordinate_name(joint, motion), motion,
-                                       input.values[*value]);
-  }
-
-  void differentiate(ChainColumns& columns, const std::string& joint,
-                     const EffectInput&) const override {
-    const Chain& chain = columns.state().chain;
-    const Motion own = chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion;
-    for (const Motion motion : all_motions)
-      if (const auto value = value_of(motion, own))
-        columns.add_compliance_behind(*value, joint, coordinate_name(joint, motion), motion, 1);
+    AcrossJoint::act(modifier, joint, input);
   }
 
  private:
-  // Which value a motion yields by; none for the joint's own.
-  static std::optional<Value> value_of(Motion motion, Motion own) {
+  enum Value { radial, axial, tilt };
+
+  std::optional<Eigen::Index> value_of(Motion motion, Motion own) const override {
     if (motion == own) return std::nullopt;
     if (is_rotation(motion)) return tilt;
     return axis_index(motion) == axis_index(own) ? axial : radial;
   }
-  static std::string coordinate_name(const std::string& joint, Motion motion) {
-    return "bearing of " + joint + "." + to_string(motion);
+};
+
+// Carriages pitch, yaw and roll by compliances of their own.
+class BearingTilt : public AcrossJoint {
+ public:
+  BearingTilt() : AcrossJoint("tilt") {
+    name = "bearing_tilt";
+    effect_class = EffectClass::compliance;
+    summary = "a joint tilts across its motion, about each axis by a compliance of its own";
+    law = "turn = [x Mx, y My, z Mz] about the axes of the joint, but for its own where it turns";
+    source = "pitch, yaw and roll of a carriage under moments: ISO 14728-1; ISO 230-1";
+    signature = "what the joint carries turns with the moment on it, more about one axis";
+    confuser = "bearing_compliance, which tilts alike about all axes; link_compliance behind it";
+    parameters = {yielding("x", compliance::angular), yielding("y", compliance::angular),
+                  yielding("z", compliance::angular)};
+  }
+
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    const Motion own = motion_of(modifier.chain(), joint);
+    if (is_rotation(own) && input.values[axis_index(own)] != 0)
+      throw std::invalid_argument(
+          fmt::format("joint '{}' turns about {}: about that axis its drive yields, not a bearing",
+                      joint, parameters[static_cast<std::size_t>(axis_index(own))].name));
+    AcrossJoint::act(modifier, joint, input);
+  }
+
+ private:
+  std::optional<Eigen::Index> value_of(Motion motion, Motion own) const override {
+    if (motion == own || !is_rotation(motion)) return std::nullopt;
+    return axis_index(motion);
   }
 };
 
@@ -78,5 +132,6 @@ class BearingCompliance : public EffectKind {
 }  // namespace bearing_compliance_kind
 
 Kind bearing_compliance() { return std::make_shared<bearing_compliance_kind::BearingCompliance>(); }
+Kind bearing_tilt() { return std::make_shared<bearing_compliance_kind::BearingTilt>(); }
 
 }  // namespace kinetostat::vjm::effects

@@ -88,6 +88,7 @@ const EffectKinds& effect_kinds() {
   static const EffectKinds kinds = {effects::joint_compliance(),
                                     effects::link_compliance(),
                                     effects::bearing_compliance(),
+                                    effects::bearing_tilt(),
                                     effects::base_compliance(),
                                     effects::base_tilt(),
                                     effects::platform_compliance(),

@@ -10,6 +10,7 @@ using Kind = std::shared_ptr<const EffectKind>;
 Kind joint_compliance();
 Kind link_compliance();
 Kind bearing_compliance();
+Kind bearing_tilt();
 Kind base_compliance();
 Kind base_tilt();
 Kind platform_compliance();
