@@ -58,18 +58,18 @@ inline void measure_angles(const Triangles& mesh, std::vector<AtEdge>& edge) {
 }
 
 // Those between which material lies. Faces that lie on one another bound two bodies: there the one
-// that ends comes before the one that begins.
+// that ends comes before the one that starts.
 inline std::vector<std::pair<std::size_t, std::size_t>> wedges(std::vector<AtEdge> edge) {
   constexpr double same = 1e-6;  // [rad]
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  const auto begins = [](const AtEdge& at) { return !at.is_along; };
+  const auto starts = [](const AtEdge& at) { return !at.is_along; };
   std::vector<bool> is_taken(edge.size(), false);
   for (std::size_t b = 0; b < edge.size(); ++b) {
-    if (!begins(edge[b])) continue;
+    if (!starts(edge[b])) continue;
     std::size_t nearest = edge.size();
     double least = 0;
     for (std::size_t e = 0; e < edge.size(); ++e) {
-      if (begins(edge[e]) || is_taken[e]) continue;
+      if (starts(edge[e]) || is_taken[e]) continue;
       double width = edge[e].angle - edge[b].angle;
       while (width <= same) width += 2 * M_PI;
       if (nearest == edge.size() || width < least) nearest = e, least = width;
@@ -116,7 +116,7 @@ inline void split_bodies(Triangles& mesh) {
       continue;
     }
     body_split::measure_angles(mesh, edge);
-    for (const auto& [begin, end] : body_split::wedges(edge)) corners.join(edge[begin], edge[end]);
+    for (const auto& [start, end] : body_split::wedges(edge)) corners.join(edge[start], edge[end]);
   }
   std::map<std::size_t, std::size_t> numbers;  // of new corners, by their roots
   const std::vector<Eigen::Vector3d> before = std::exchange(mesh.points, {});
