@@ -97,10 +97,10 @@ std::optional<spatial::Matrix3> translational_stiffness(const vjm::UnloadedStiff
     return spatial::Matrix3(unloaded.stiffness->matrix().topLeftCorner<3, 3>());
   if (!unloaded.compliance) return std::nullopt;
   const spatial::Matrix3 compliance = unloaded.compliance->matrix().topLeftCorner<3, 3>();
-  const Eigen::FullPivLU<spatial::Matrix3> factors(compliance);
-  constexpr double least_rcond = 1e-12;
-  if (factors.rcond() < least_rcond) return std::nullopt;
-  return factors.inverse();
+  constexpr double rigid = 1e-12;  // of the softest direction
+  Eigen::FullPivLU<spatial::Matrix3> factors(compliance);
+  factors.setThreshold(rigid);
+  return factors.isInvertible() ? std::optional(spatial::Matrix3(factors.inverse())) : std::nullopt;
 }
 
 // Rows of the translational stiffness, the springs that yield most beside them.
