@@ -43,16 +43,6 @@ class AcrossJoint : public EffectKind {
   static Motion motion_of(const Chain& chain, const std::string& joint) {
     return chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion;
   }
-  static EffectParameter yielding(const char* called, const spatial::Dimension& dimension) {
-    return {.name = called,
-            .linear = dimension,
-            .angular = dimension,
-            .lower = 0,
-            .upper = 1,
-            .prior_sd = 0.1,
-            .prior_unit = PriorUnit::soft_compliance,
-            .required = false};
-  }
 
  private:
   std::string coordinate_name(const std::string& joint, Motion motion) const {
@@ -74,8 +64,9 @@ class BearingCompliance : public AcrossJoint {
     source = "passive joints with elastic constraints: MMT11 section 2; JAMRIS09 eq. 1";
     signature = "displacement across the joint's axis, in proportion to the load, at all postures";
     confuser = "link_compliance of the link behind the joint";
-    parameters = {yielding("radial", compliance::linear), yielding("axial", compliance::linear),
-                  yielding("tilt", compliance::angular)};
+    parameters = {added_compliance("radial", compliance::linear),
+                  added_compliance("axial", compliance::linear),
+                  added_compliance("tilt", compliance::angular)};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,
@@ -107,8 +98,9 @@ class BearingTilt : public AcrossJoint {
     source = "pitch, yaw and roll of a carriage under moments: ISO 14728-1; ISO 230-1";
     signature = "what the joint carries turns with the moment on it, more about one axis";
     confuser = "bearing_compliance, which tilts alike about all axes; link_compliance behind it";
-    parameters = {yielding("x", compliance::angular), yielding("y", compliance::angular),
-                  yielding("z", compliance::angular)};
+    parameters = {added_compliance("x", compliance::angular),
+                  added_compliance("y", compliance::angular),
+                  added_compliance("z", compliance::angular)};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,

@@ -25,6 +25,17 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
           .required = false};
 }
 
+EffectParameter added_compliance(std::string name, const spatial::Dimension& dimension) {
+  return {.name = std::move(name),
+          .linear = dimension,
+          .angular = dimension,
+          .lower = 0,
+          .upper = 1,
+          .prior_sd = 0.1,
+          .prior_unit = PriorUnit::soft_compliance,
+          .required = false};
+}
+
 EffectParameter order_of_ripple(std::vector<double> of_turn) {
   constexpr double turn = 2 * std::numbers::pi;
   return {.name = "order",

@@ -61,6 +61,9 @@ inline constexpr spatial::Dimension angular{.length = -2, .mass = -1, .time = 2,
 EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
                                    double limit, double prior_sd);
 
+/// A compliance where nothing yielded, of one dimension everywhere; need not be given.
+EffectParameter added_compliance(std::string name, const spatial::Dimension& dimension);
+
 /// Numbers that are added to one vector of ReadingErrors.
 template <class Vector>
 class VectorError : public EffectKind {

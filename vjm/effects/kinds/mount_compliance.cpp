@@ -9,17 +9,6 @@ namespace kinetostat::vjm::effects {
 namespace mount_compliance_kind {
 namespace {
 
-EffectParameter yielding(const char* name, const spatial::Dimension& dimension) {
-  return {.name = name,
-          .linear = dimension,
-          .angular = dimension,
-          .lower = 0,
-          .upper = 1,
-          .prior_sd = 0.1,
-          .prior_unit = PriorUnit::soft_compliance,
-          .required = false};
-}
-
 // A motion in which the mount yields, and the value that says how far.
 struct Yield {
   Motion motion = Motion::tx;
@@ -57,8 +46,8 @@ std::shared_ptr<MountCompliance> isotropic(const std::string& element) {
   std::vector<Yield> yields;
   for (const Motion motion : all_motions) yields.push_back({motion, is_rotation(motion) ? 1 : 0});
   auto kind = std::make_shared<MountCompliance>("mount", element, std::move(yields));
-  kind->parameters = {yielding("translation", compliance::linear),
-                      yielding("rotation", compliance::angular)};
+  kind->parameters = {added_compliance("translation", compliance::linear),
+                      added_compliance("rotation", compliance::angular)};
   return kind;
 }
 
@@ -84,7 +73,7 @@ Kind base_tilt() {
   auto kind = std::make_shared<MountCompliance>(
       "tilt", "base", std::vector<Yield>{{Motion::rx, 0}, {Motion::ry, 1}, {Motion::rz, 2}});
   for (const char* axis : {"x", "y", "z"})
-    kind->parameters.push_back(yielding(axis, compliance::angular));
+    kind->parameters.push_back(added_compliance(axis, compliance::angular));
   kind->name = "base_tilt";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "what a chain stands on tilts, about each axis by a compliance of its own";
