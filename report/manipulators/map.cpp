@@ -73,36 +73,45 @@ std::string header(const Map& map) {
 }
 
 // "q2 = 0.4, q3 = 1" or the coordinates of the platform.
-std::string place_text(const Map& map, std::size_t number_of_pose) {
+// "1, 2, 3"
+std::string numbers_in(const std::string& unit, const spatial::Vector3& values) {
+  const double factor = spatial::parse_unit(unit).factor;
+  return fmt::format("{}, {}, {}", number(values[0] / factor), number(values[1] / factor),
+                     number(values[2] / factor));
+}
+
+// Position and, where it is turned, rotation vector of a pose, in units of the file.
+struct PlaceWords {
+  std::string position, rotation;
+
+  PlaceWords(const Map& map, std::size_t number_of_pose) {
+    const spatial::Vector6 c = coordinates_of(map.list.poses[number_of_pose].platform);
+    position = numbers_in(map.robot.units.length, c.head<3>());
+    if (!c.tail<3>().isZero(1e-12)) rotation = numbers_in(map.robot.units.angle, c.tail<3>());
+  }
+};
+
+std::string joints_text(const Map& map, std::size_t number_of_pose) {
   std::vector<std::string> values;
   for (const JointColumn& joint : joints_of(map))
     values.push_back(fmt::format("{} = {}", joint.name, number(joint.value(map, number_of_pose))));
-  if (!values.empty()) return fmt::format("{}", fmt::join(values, ", "));
-  const vjm::Robot& robot = map.robot;
-  const spatial::Pose& pose = map.list.poses[number_of_pose].platform;
-  const double length = spatial::parse_unit(robot.units.length).factor;
-  const double angle = spatial::parse_unit(robot.units.angle).factor;
-  const spatial::Vector6 c = coordinates_of(pose);
-  std::string text = fmt::format("{}, {}, {}", number(c[0] / length), number(c[1] / length),
-                                 number(c[2] / length));
-  if (!c.tail<3>().isZero(1e-12))
-    text += fmt::format(", {}, {}, {}", number(c[3] / angle), number(c[4] / angle),
-                        number(c[5] / angle));
-  return text;
+  return fmt::format("{}", fmt::join(values, ", "));
+}
+
+std::string place_text(const Map& map, std::size_t number_of_pose) {
+  if (!joints_of(map).empty()) return joints_text(map, number_of_pose);
+  const PlaceWords at(map, number_of_pose);
+  return at.rotation.empty() ? at.position : at.position + ", " + at.rotation;
 }
 
 // "(500, 200, 0) mm, (0, 90, 0) deg"; of joints "(q1 = 30, q2 = 60)".
 std::string place_in_units(const Map& map, std::size_t number_of_pose) {
-  const std::string place = place_text(map, number_of_pose);
-  if (!joints_of(map).empty()) return fmt::format("({})", place);
-  const spatial::Vector6 c = coordinates_of(map.list.poses[number_of_pose].platform);
-  const std::string& length = map.robot.units.length;
-  if (c.tail<3>().isZero(1e-12)) return fmt::format("({}) {}", place, length);
-  const double unit = spatial::parse_unit(length).factor;
-  const double angle = spatial::parse_unit(map.robot.units.angle).factor;
-  return fmt::format("({}, {}, {}) {}, ({}, {}, {}) {}", number(c[0] / unit), number(c[1] / unit),
-                     number(c[2] / unit), length, number(c[3] / angle), number(c[4] / angle),
-                     number(c[5] / angle), map.robot.units.angle);
+  if (!joints_of(map).empty()) return fmt::format("({})", joints_text(map, number_of_pose));
+  const PlaceWords at(map, number_of_pose);
+  const std::string position = fmt::format("({}) {}", at.position, map.robot.units.length);
+  return at.rotation.empty()
+             ? position
+             : fmt::format("{}, ({}) {}", position, at.rotation, map.robot.units.angle);
 }
 
 std::vector<std::string> range_row(const Map& map, std::size_t k) {
