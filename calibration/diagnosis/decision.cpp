@@ -183,6 +183,15 @@ class Posterior {
            (!h.ranked->fit || h.ranked->fit->discriminability < rules_.same_place);
   }
 
+  // It moves the platform as the best does, with no more values and no worse: only priors speak
+  // against it.
+  bool is_as_good(const Hypothesis& h, const Hypothesis& best) const {
+    if (!best.ranked || !best.ranked->fit || !h.ranked || !h.ranked->fit) return false;
+    const CandidateFit &own = *h.ranked->fit, &its = *best.ranked->fit;
+    return moves_like_best(h, best) && own.degrees_of_freedom >= its.degrees_of_freedom &&
+           own.squared_error - its.squared_error < discriminable_from * discriminable_from;
+  }
+
   // Groups of hypotheses, the most probable first; those without laws are no answers.
   std::vector<Answer> answers() const {
     std::map<std::pair<std::string, std::string>, std::vector<const Hypothesis*>> groups;
@@ -235,7 +244,12 @@ class Posterior {
                              .is_at_limit = !limit.empty()});
     }
     for (LawShare& law : answer.laws) law.share /= of_laws;
-    const std::vector<std::string> classes = classes_that_hold(of_class, of_laws);
+    std::vector<std::string> classes = classes_that_hold(of_class, of_laws);
+    for (const Hypothesis* h : members)
+      if (is_as_good(*h, *members.front()))
+        if (std::string own = class_of(*h->ranked->candidate.effect.kind);
+            std::find(classes.begin(), classes.end(), own) == classes.end())
+          classes.push_back(std::move(own));
     answer.effect_class = fmt::format("{}", fmt::join(classes, ", or "));
     answer.is_inseparable = classes.size() > 1 && members.front()->ranked &&
                             std::any_of(members.begin(), members.end(), [&](const auto* h) {

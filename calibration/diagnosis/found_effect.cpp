@@ -37,6 +37,11 @@ bool is_one_more_offset(const Candidate& candidate, const std::vector<FoundEffec
          });
 }
 
+// Orders of one series: none is a part of what the law of another one gets wrong.
+bool are_of_one_series(const Candidate& a, const Candidate& b) {
+  return a.name() == b.name() && is_of_series(*a.effect.kind);
+}
+
 }  // namespace
 
 // The larger it is, the more it has to explain.
@@ -53,8 +58,9 @@ double law_error_like(const std::vector<FoundEffect>& found, const Candidate& ca
   constexpr double relative_error = 0.25;
   double most = 0;
   for (const FoundEffect& f : found) {
-    const bool relatives = act_at_one_joint(f.candidate, candidate) ||
-                           (f.candidate.effect.kind->varies && candidate.effect.kind->varies);
+    const bool relatives =
+        (act_at_one_joint(f.candidate, candidate) && !are_of_one_series(f.candidate, candidate)) ||
+        (f.candidate.effect.kind->varies && candidate.effect.kind->varies);
     most = std::max(most, (relatives ? relative_error : law_error) * f.length);
   }
   return most;
@@ -107,7 +113,11 @@ void confirm(const DiagnosisStep& step, FoundEffect& found) {
   const CandidateFit* own = fit_of(step, found);
   found.false_alarm_chance = step.max_score.p_value;
   found.log_score_gain = own == nullptr ? 0 : own->log_score_gain;
-  if (own != nullptr) take_decision(step, found);
+  // Beside another order of its series it does not compete with what the series could be.
+  const bool is_beside_order = is_of_series(*found.candidate.effect.kind) &&
+                               std::find(step.beside.begin(), step.beside.end(),
+                                         found.candidate.name()) != step.beside.end();
+  if (own != nullptr && !is_beside_order) take_decision(step, found);
 }
 
 bool is_replaced(const DiagnosisStep& step, const FoundEffect& found, double squared_error) {

@@ -35,6 +35,16 @@ bool same_sites(const vjm::Effect& a, const vjm::Effect& b) {
                     });
 }
 
+// Whether a value is the order of another one of its kind at its place.
+bool is_taken(const vjm::Effect& effect, Index value, double order,
+              const std::vector<vjm::Effect>& present) {
+  if (!effect.kind->parameters[static_cast<std::size_t>(value)].is_order) return false;
+  return std::any_of(present.begin(), present.end(), [&](const vjm::Effect& other) {
+    return other.kind->name == effect.kind->name && other.at == effect.at &&
+           other.values[value] == order;
+  });
+}
+
 // An axis along gravity that stays so, because all joints before it turn about such axes: no weight
 // can have a moment about it. A screw along gravity lifts all the same.
 bool stays_vertical(const vjm::Chain& chain, Index coordinate, const spatial::Vector3& gravity) {
@@ -100,7 +110,7 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                       .at = place,
                       .sites = vjm::effect_sites(*kind, bare, place),
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
-  if ((has(robot, candidate.effect) && !kind->offsets_readings) ||
+  if ((has(robot, candidate.effect) && !may_act_again(*kind)) ||
       (kind->lags_behind && !scales.tell_lag) || (kind->is_of_gauges && !scales.differences) ||
       (kind->balances_weight && is_weightless_in_poses(bare, scales)))
     return std::nullopt;
@@ -277,7 +287,17 @@ std::vector<TriedSizes> sizes_of(const vjm::EffectKind& kind) {
   return all;
 }
 
-std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare) {
+bool is_of_series(const vjm::EffectKind& kind) {
+  return std::any_of(kind.parameters.begin(), kind.parameters.end(),
+                     [](const vjm::EffectParameter& parameter) { return parameter.is_order; });
+}
+
+bool may_act_again(const vjm::EffectKind& kind) {
+  return kind.offsets_readings || is_of_series(kind);
+}
+
+std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare,
+                                  const std::vector<vjm::Effect>& present) {
   std::vector<Candidate> designs = {candidate};
   for (Index k = 0; k < candidate.effect.values.size(); ++k) {
     const std::vector<double>& usual = usual_values(candidate.effect, k, bare);
@@ -285,6 +305,7 @@ std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipul
     std::vector<Candidate> more;
     for (const Candidate& design : designs)
       for (const double value : usual) {
+        if (is_taken(candidate.effect, k, value, present)) continue;
         more.push_back(design);
         more.back().effect.values[k] = value;
       }

@@ -76,8 +76,15 @@ struct TriedSize {
 using TriedSizes = std::vector<TriedSize>;
 std::vector<TriedSizes> sizes_of(const vjm::EffectKind& kind);
 
-/// The candidate with each of the values that design may have fixed.
-std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare);
+/// Whether its law is one order of a series.
+bool is_of_series(const vjm::EffectKind& kind);
+/// Whether several of a kind may act at one place: offsets of other readings, orders of a series.
+bool may_act_again(const vjm::EffectKind& kind);
+
+/// The candidate with each of the values that design may have fixed, but for the orders of those
+/// of its kind that act at its place already.
+std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare,
+                                  const std::vector<vjm::Effect>& present = {});
 
 /// Signatures of one candidate, of its usual size and of others where its shape depends on that.
 struct CandidateSignatures {

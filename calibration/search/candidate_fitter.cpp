@@ -575,7 +575,8 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
     if (signatures.all.empty()) signatures.failure = "there are no readings that it could be of";
     return signatures;
   }
-  for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
+  signatures.failure = "each of its orders is in the model already";
+  for (const Candidate& design : designs_beside(candidate, beside.present())) {
     std::vector<Candidate> added = beside.present();
     added.push_back(design);
     add_signatures(predictor_.with_effects(effects_with(robot_, added), 1), design, added, beside,

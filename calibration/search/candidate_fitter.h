@@ -124,6 +124,11 @@ class CandidateFitter {
   const Predictor& predictor() const { return predictor_; }
   const Campaign& campaign() const { return campaign_; }
   const vjm::Manipulator& bare() const { return robot_.without_effects(); }
+  /// designs_of() beside those of the robot file and these.
+  std::vector<Candidate> designs_beside(const Candidate& candidate,
+                                        const std::vector<Candidate>& present) const {
+    return designs_of(candidate, bare(), effects_with(robot_, present));
+  }
   bool has_gravity() const { return !robot_.manipulator.gravity().isZero(0); }
   const Noise& noise() const { return noise_; }
   /// Uncertain parameters that stay at their nominal values, because these readings do not

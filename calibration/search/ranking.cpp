@@ -51,17 +51,19 @@ void share_probability(DiagnosisStep& step) {
 
 // Part of the signature of one candidate that the others do not have: as they are fitted, or with a
 // small change of that (large signatures are curved).
-void distinguish(const BaseFit& without, const std::vector<BaseFit>& fits, std::size_t from,
+void distinguish(const BaseFit& without, const std::vector<const BaseFit*>& fits, std::size_t from,
                  DiagnosisStep& step) {
-  const VectorXd signature = fits[from].at.residual - without.at.residual;
+  const VectorXd& best = fits[from]->at.residual;
+  const VectorXd signature = best - without.at.residual;
   for (std::size_t c = 0; c < fits.size(); ++c) {
     if (!step.ranking[c].fit) continue;
     double& discriminability = step.ranking[c].fit->discriminability;
     discriminability = signature.norm();
     if (c == from) continue;
+    const Linearisation& at = fits[c]->at;
     const VectorXd left =
-        ResidualSpace(VectorXd::Zero(signature.size()), fits[c].at.jacobian).left_of(signature);
-    discriminability = std::min(left.norm(), (fits[from].at.residual - fits[c].at.residual).norm());
+        ResidualSpace(VectorXd::Zero(signature.size()), at.jacobian).left_of(signature);
+    discriminability = std::min(left.norm(), (best - at.residual).norm());
   }
 }
 
@@ -72,6 +74,20 @@ double log_prior(const DiagnosisStep& step, const RankedCandidate& ranked) {
         return other.candidate.effect.kind == ranked.candidate.effect.kind;
       });
   return -std::log(static_cast<double>(places) * static_cast<double>(ranked.candidate.designs));
+}
+
+// One order more, any of the others that its design may have: where that is the likelier.
+bool take_order(const BaseFit& with_order, double exponent, const CorrelatedNoise& correlated,
+                RankedCandidate& ranked) {
+  if (with_order.values == 0) return false;
+  const auto others = static_cast<double>(ranked.candidate.designs) - 1;
+  const double log_evidence = evidence(with_order, exponent).log + correlated.gain(with_order) +
+                              ranked.fit->log_prior - std::log(others);
+  if (!(log_evidence > ranked.fit->log_evidence)) return false;
+  ranked.fit->log_evidence = log_evidence;
+  ranked.fit->squared_error = with_order.squared_error;
+  ranked.fit->degrees_of_freedom = with_order.degrees_of_freedom();
+  return true;
 }
 
 // The most probable first; where only rounding differs, the most significant.
@@ -168,9 +184,10 @@ double common_exponent(const BaseFit& without, const std::vector<BaseFit>& fits)
   return exponent;
 }
 
-std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
-                  const HeldOutGroups& groups, const FreeForm& free_form,
-                  const CorrelatedNoise& correlated, DiagnosisStep& step) {
+std::size_t weigh(const BaseFit& without, const CandidateFits& all, const HeldOutGroups& groups,
+                  const FreeForm& free_form, const CorrelatedNoise& correlated,
+                  DiagnosisStep& step) {
+  const std::vector<BaseFit>& fits = all.alone;
   const double exponent = common_exponent(without, fits);
   const Evidence known = evidence(without, exponent);
   const double noise_without = correlated.gain(without);
@@ -179,14 +196,18 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
   step.free_form = free_form.evidence({-without.at.residual, without.at.jacobian}, exponent);
   step.free_form.log -= noise_without;
   std::vector<double> noise(fits.size());
+  std::vector<const BaseFit*> known_by;  // the fit that evidence is of
   const HeldOut plain = held_out(without.at, known.information, groups, exponent);
   for (std::size_t c = 0; c < fits.size(); ++c) {
+    known_by.push_back(&fits[c]);
     if (fits[c].values == 0) continue;
     RankedCandidate& ranked = step.ranking[c];
     ranked.fit = candidate_fit(fits[c], ranked.candidate, exponent, groups, plain);
     ranked.fit->log_prior = log_prior(step, ranked);
     noise[c] = correlated.gain(fits[c]);
     ranked.fit->log_evidence += ranked.fit->log_prior + noise[c];
+    if (take_order(all.with_order[c], exponent, correlated, ranked))
+      known_by.back() = &all.with_order[c];
   }
   std::size_t best = most_probable(step);
   if (best == fits.size()) return best;
@@ -195,15 +216,15 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
   if (times_usual(step.ranking[best]) > unusual) {
     for (std::size_t c = 0; c < fits.size(); ++c) {
       auto& fit = step.ranking[c].fit;
-      if (!fit || !(times_usual(step.ranking[c]) > unusual)) continue;
+      if (!fit || known_by[c] != &fits[c] || !(times_usual(step.ranking[c]) > unusual)) continue;
       fit->log_evidence = evidence(fits[c], exponent, Sizes::any).log + fit->log_prior + noise[c] -
                           std::log(times_usual(step.ranking[c]) / unusual);
     }
     best = most_probable(step);
   }
-  step.share_left = correlated.share_left(without, fits[best]);
+  step.share_left = correlated.share_left(without, *known_by[best]);
   share_probability(step);
-  distinguish(without, fits, best, step);
+  distinguish(without, known_by, best, step);
   return best;
 }
 

@@ -15,14 +15,21 @@ namespace kinetostat::calibration {
 /// which leaves least. Fits without values do not count.
 double common_exponent(const BaseFit& without, const std::vector<BaseFit>& fits);
 
-/// Evidence, held-out score and discriminability of every candidate that has a fit (`fits`: one
-/// entry a candidate; without values where there is none), and evidence of the unmodelled smooth
-/// error. Under each the noise may be correlated. Where the best has an unusual size, any size is
-/// as likely as the usual one, but for a factor unusual / (times usual). Returns the index of the
-/// best; the number of candidates when none has a fit.
-std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
-                  const HeldOutGroups& groups, const FreeForm& free_form,
-                  const CorrelatedNoise& correlated, DiagnosisStep& step);
+/// Fits of candidates, an entry each; without values where there is none.
+struct CandidateFits {
+  explicit CandidateFits(std::size_t count) : alone(count), with_order(count) {}
+  std::vector<BaseFit> alone;       // with the candidate
+  std::vector<BaseFit> with_order;  // and with the order of its series that does most beside it
+};
+
+/// Evidence, held-out score and discriminability of every candidate that has a fit, and evidence of
+/// the unmodelled smooth error. Where it is larger, evidence and discriminability are those of the
+/// fit with one order more. Under each the noise may be correlated. Where the best has an unusual
+/// size, any size is as likely as the usual one, but for a factor unusual / (times usual). Returns
+/// the index of the best; the number of candidates when none has a fit.
+std::size_t weigh(const BaseFit& without, const CandidateFits& fits, const HeldOutGroups& groups,
+                  const FreeForm& free_form, const CorrelatedNoise& correlated,
+                  DiagnosisStep& step);
 
 /// Whether both act at one joint.
 bool act_at_one_joint(const Candidate& a, const Candidate& b);

@@ -103,11 +103,15 @@ std::optional<BaseFit> tried(const Fit& fit, std::string& failure) {
 std::string why_not_beside(const std::vector<Candidate>& present, const Candidate& candidate) {
   const vjm::EffectKind& own = *candidate.effect.kind;
   for (const Candidate& other : present) {
-    if (other.name() == candidate.name() && !own.offsets_readings)
+    if (other.name() == candidate.name() && !may_act_again(own))
       return "it is in the model already";
     if (vjm::has_one_law(own.effect_class) && other.effect.kind->effect_class == own.effect_class &&
         other.effect.at == candidate.effect.at)
       return fmt::format("the place has {} already", other.effect.kind->name);
+    // Its five values would follow the next order.
+    if (own.balances_weight && is_of_series(*other.effect.kind) &&
+        other.effect.kind->effect_class == own.moves_like && other.effect.at == candidate.effect.at)
+      return fmt::format("{} moves the joint alike", other.effect.kind->name);
   }
   return "";
 }
@@ -337,10 +341,11 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
               : candidate_signatures_[c].failure;
   confuse(*screen, step);
   screen.reset();  // as large as all signatures; fits need memory
-  fits.assign(candidates_.size(), {});
+  CandidateFits all(candidates_.size());
   if (step.max_score.p_value <= significance_level)
-    fit_survivors(present, fit, explained, space, step, fits);
-  const std::size_t best = weigh(fit, fits, groups_, *free_form_, correlated_, step);
+    fit_survivors(present, fit, explained, space, step, all);
+  const std::size_t best = weigh(fit, all, groups_, *free_form_, correlated_, step);
+  fits = std::move(all.alone);
   if (best < fits.size()) find_confounded(fit, fits[best], step);
   arrange(step, fits);
   return step;
@@ -426,7 +431,8 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
 
 void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                            const std::vector<double>& explained, const ResidualSpace& space,
-                           DiagnosisStep& step, std::vector<BaseFit>& fits) {
+                           DiagnosisStep& step, CandidateFits& all) {
+  std::vector<BaseFit>& fits = all.alone;
   const std::vector<std::size_t> order = most_significant(step);
   std::vector<Candidate> survivors;
   survivors.reserve(order.size());
@@ -461,6 +467,7 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
     }
   }
   finish(beside, step, fits);
+  add_orders(beside, step, all);
 }
 
 namespace {
@@ -516,6 +523,54 @@ void Search::finish(const FittedModel& beside, DiagnosisStep& step,
     const auto finished = [&] { return to_the_end(beside, step.ranking[c].candidate, fits[c]); };
     fits[c] = tried(finished, step.ranking[c].not_fitted).value_or(BaseFit());
   });
+}
+
+// Of a series of orders the first alone may leave what a law with more values does not. Where one
+// of its joint does, two orders are fitted: the next may come only after it has been found.
+void Search::add_orders(const FittedModel& beside, const DiagnosisStep& step,
+                        CandidateFits& fits) const {
+  const auto is_left_behind = [&](std::size_t c) {
+    const Candidate& own = step.ranking[c].candidate;
+    for (std::size_t d = 0; d < fits.alone.size(); ++d)
+      if (d != c && fits.alone[d].values > 0 && act_at_one_joint(own, step.ranking[d].candidate) &&
+          penalised_error(fits.alone[c]) - penalised_error(fits.alone[d]) > 2 * doubtful)
+        return true;
+    return false;
+  };
+  std::vector<std::size_t> series;
+  std::vector<Candidate> items;
+  for (std::size_t c = 0; c < fits.alone.size(); ++c) {
+    const Candidate& candidate = step.ranking[c].candidate;
+    if (!is_of_series(*candidate.effect.kind) || fits.alone[c].values == 0 || !is_left_behind(c))
+      continue;
+    series.push_back(c);
+    items.push_back(candidate);
+  }
+  shared_out("fits of two orders", beside, items, [&](std::size_t i) {
+    fits.with_order[series[i]] = with_one_more_order(beside, items[i], fits.alone[series[i]]);
+  });
+}
+
+// The best of all other orders; none where no fit succeeds.
+BaseFit Search::with_one_more_order(const FittedModel& beside, Candidate candidate,
+                                    const BaseFit& fit) const {
+  constexpr double small = 0.2;
+  BaseFit best;
+  candidate.effect.values = fitted_values(fit, {candidate}).front().values;
+  std::vector<Candidate> present = beside.present();
+  present.push_back(candidate);
+  for (const Candidate& design : fitter_.designs_beside(candidate, present)) {
+    std::vector<Candidate> added = present;
+    added.push_back(at_size(design, small, 1));
+    common::SilentPart silent(progress_);
+    std::string failure;
+    auto found = tried(
+        [&] { return fitter_.fit_on_one_thread(added, fit, std::nullopt, first_gain, silent); },
+        failure);
+    if (found && (best.values == 0 || penalised_error(*found) < penalised_error(best)))
+      best = *std::move(found);
+  }
+  return best;
 }
 
 // Starts of one candidate with where their fits end roughly, the best end first, each end once;

@@ -80,7 +80,7 @@ class Search {
   ByEffect signatures_by_effect() const;
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const std::vector<double>& explained, const ResidualSpace& space,
-                     DiagnosisStep& step, std::vector<BaseFit>& fits);
+                     DiagnosisStep& step, CandidateFits& fits);
   // What is present with one candidate more; where its fit ends, where that is known roughly.
   struct Start {
     std::vector<Candidate> added;
@@ -92,6 +92,9 @@ class Search {
                    std::string& reason) const;
   BaseFit to_the_end(const FittedModel& beside, Candidate& candidate, BaseFit fit) const;
   void finish(const FittedModel& beside, DiagnosisStep& step, std::vector<BaseFit>& fits) const;
+  void add_orders(const FittedModel& beside, const DiagnosisStep& step, CandidateFits& fits) const;
+  BaseFit with_one_more_order(const FittedModel& beside, Candidate candidate,
+                              const BaseFit& fit) const;
   void shared_out(std::string_view phase, const FittedModel& beside,
                   const std::vector<Candidate>& items,
                   const std::function<void(std::size_t)>& work) const;

@@ -24,7 +24,7 @@ std::vector<WaterfallStage> shown_of(const std::vector<WaterfallStage>& stages) 
 }  // namespace
 
 std::string falling_error(const std::vector<WaterfallStage>& stages,
-                          const std::vector<std::pair<std::string, std::string>>& names) {
+                          std::vector<std::pair<std::string, std::string>> names) {
   const std::vector<WaterfallStage> shown = shown_of(stages);
   if (shown.empty()) return {};
   std::vector<std::string> labels;
@@ -32,8 +32,12 @@ std::string falling_error(const std::vector<WaterfallStage>& stages,
   double largest = 0;
   for (const WaterfallStage& stage : shown) {
     std::string label = stage.name == floor_name ? "noise" : stage_in_words(stage.name);
-    for (const auto& [name, words] : names)
-      if (stage.name == name) label = words;
+    const auto named = std::find_if(names.begin(), names.end(),
+                                    [&](const auto& name) { return stage.name == name.first; });
+    if (named != names.end()) {
+      label = named->second;
+      names.erase(named);  // the next of this name is another one
+    }
     width = std::max(width, label.size());
     largest = std::max(largest, stage.whitened);
     labels.push_back(label);

@@ -50,7 +50,7 @@ bool has_no_place(const std::vector<std::string>& places) {
 // One law is left, and it ends at no bound where it stands for another.
 bool is_called_by_law(const Answer& answer) {
   return !answer.laws.empty() && answer.laws.front().share >= decisive_law &&
-         !answer.laws.front().is_at_limit;
+         !answer.laws.front().is_at_limit && !answer.is_inseparable;
 }
 
 // "friction at joint q2", or by its class where several laws are left.
@@ -276,8 +276,10 @@ std::vector<std::pair<std::string, std::string>> stage_names(const vjm::Robot& r
   std::vector<std::pair<std::string, std::string>> names;
   for (const FoundEffect& found : d.found) {
     const vjm::Effect& effect = found.candidate.effect;
+    const std::vector<std::string> designs = designs_in_words(robot, found);
     names.emplace_back("+ " + found.candidate.name(),
-                       "+ " + effect_in_words(bare(robot), effect.kind->name, effect.at));
+                       "+ " + effect_in_words(bare(robot), effect.kind->name, effect.at) +
+                           (designs.empty() ? "" : " (" + listed(designs, "and") + ")"));
   }
   return names;
 }

@@ -111,6 +111,8 @@ struct EffectParameter {
   /// An angle about which the effect goes round [rad]: any may be the right one, and a search
   /// starts from all sides.
   bool is_phase = false;
+  /// Of a series: the effect may act at one place once for each.
+  bool is_order = false;
   /// Where design fixes it: the values that it usually has [SI]. A search for what is missing tries
   /// each, and fits none.
   std::vector<double> usual_linear = {}, usual_angular = {};

@@ -1,6 +1,7 @@
 // Poses, in which nothing need change at one configuration: sizes are counted in what a model does
 // not predict.
 #include <cmath>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -45,6 +46,55 @@ TEST_P(Poses, NameAnEccentricDrive) {
     bench.hide("eccentricity", joint, "cosine=3e-4 rad,sine=-1e-4 rad");
     EXPECT_EQ(bench.only_one(), fmt::format("eccentricity at arm.{}", joint));
   }
+}
+
+// An ellipse out of centre: the second order is as little a part of what is wrong with the first as
+// two sines are alike.
+TEST_P(Poses, NameEachOrderOfADrive) {
+  Bench bench(GetParam());
+  bench.hide("eccentricity", "q1", "cosine=3e-4 rad,sine=-1e-4 rad");
+  bench.hide("eccentricity", "q1", "cosine=6e-5 rad,sine=3e-5 rad,order=2");
+  const Campaign campaign = bench.measured();
+  const Diagnosis d = bench.diagnose(campaign, {});
+  const std::string said = report::first_screen(bench.robot(), campaign, d, "");
+  ASSERT_EQ(d.found.size(), 2u) << said;
+  std::vector<double> orders;
+  for (const FoundEffect& found : d.found) {
+    EXPECT_EQ(found.candidate.name(), "eccentricity at arm.q1");
+    orders.push_back(found.candidate.effect.values[2]);
+  }
+  EXPECT_EQ(orders, (std::vector<double>{1, 2}));
+  EXPECT_NE(said.find("+ eccentricity at joint q1 (order 2)"), std::string::npos) << said;
+}
+
+// What a balancer could be as well, and no reading of the target distinguishes from it.
+TEST_P(Poses, NameEachOrderOfADriveThatLifts) {
+  test::Laboratory bench(
+      "kinetostat: 1\nname: two links that lift\nunits: {length: mm, force: N, angle: rad}\n"
+      "gravity: {direction: [0, 0, -1]}\n"
+      "chain_types:\n  arm:\n"
+      "    - actuator: {name: q1, axis: Ry, stiffness: 8.0e4 N m/rad}\n"
+      "    - tool: [500, 0, 0]\n"
+      "    - actuator: {name: q2, axis: Ry, stiffness: 3.0e4 N m/rad}\n"
+      "    - tool: [400, 0, 0]\n"
+      "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n");
+  bench.options().components = {true, false, true, false, false, false};
+  bench.options().displacement = DisplacementKind::absolute;
+  bench.options().translation_noise = 5e-6;
+  bench.options().seed = GetParam();
+  bench.hide("eccentricity", "q2", "cosine=3e-4 rad,sine=-1e-4 rad");
+  bench.hide("eccentricity", "q2", "cosine=-2e-5 rad,sine=7e-5 rad,order=2");
+  std::string csv = "id,session,time,q1,q2,fx\n";
+  for (int r = 0; r < 60; ++r)
+    csv += fmt::format("r{},am,{},{},{},{}\n", r, 60 * r, 1.5 * std::sin(0.9 * r),
+                       1.5 * std::cos(1.3 * r), r % 2 == 0 ? 0 : 0.5);
+  const Campaign campaign = bench.measure(csv);
+  const Diagnosis d = bench.diagnose(campaign, {});
+  const std::string said = report::first_screen(bench.robot(), campaign, d, "");
+  ASSERT_EQ(d.found.size(), 2u) << said;
+  for (const FoundEffect& found : d.found)
+    EXPECT_EQ(found.candidate.name(), "eccentricity at arm.q2") << said;
+  EXPECT_NE(d.found[0].decision.answers[0].effect_class.find("weight"), std::string::npos) << said;
 }
 
 TEST_P(Poses, NameADrift) {

@@ -47,6 +47,7 @@ EffectParameter order_of_ripple(std::vector<double> of_turn) {
           .none = 1,
           .required = false,
           .is_shape = true,
+          .is_order = true,
           .usual_linear = {turn / 0.005, turn / 0.01, turn / 0.02},
           .usual_angular = std::move(of_turn)};
 }
