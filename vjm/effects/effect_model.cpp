@@ -104,10 +104,7 @@ void EffectModel::add_by_wrench(const EquilibriumDerivatives& equations, const C
   response.by_wrench.resize(6, 6);
   response.watched.by_wrench.resize(watched_rows(watch_), 6);
   for (Index k = 0; k < 6; ++k) {
-    const spatial::Vector6 unit = spatial::Vector6::Unit(k);
-    const Load change = at.errors.actual({.force = unit.head<3>(),
-                                          .moment = unit.tail<3>(),
-                                          .point_on_platform = at.stated.point_on_platform});
+    const Load change = at.errors.actual_change(at.stated, spatial::Vector6::Unit(k));
     EquationChange equation = equations.no_change();
     equation.platform_wrench = change.at_reference_point(at.platform());
     const StateDerivative state = equations.solve(equation, Watcher::chains_of(watch_));

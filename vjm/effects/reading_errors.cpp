@@ -43,10 +43,16 @@ bool ReadingErrors::reads_load() const {
 namespace {
 
 // [force; moment] in the axes of the load cell.
-Vector6 as_read(const Load& stated) {
+Vector6 in_cell(const Load& stated, const Vector3& force, const Vector3& moment) {
   Vector6 read;
-  read << stated.cell.transpose() * stated.force, stated.cell.transpose() * stated.moment;
+  read << stated.cell.transpose() * force, stated.cell.transpose() * moment;
   return read;
+}
+Vector6 as_read(const Load& stated) { return in_cell(stated, stated.force, stated.moment); }
+
+// Derivative of |v|^2 v.
+Vector3 cube_change(const Vector3& v, const Vector3& change) {
+  return 2 * v.dot(change) * v + v.squaredNorm() * change;
 }
 
 }  // namespace
@@ -69,6 +75,17 @@ Load ReadingErrors::actual(const Load& stated) const {
   load.moment = turn * acting.tail<3>();
   load.point_on_platform += wrench_point;
   return load;
+}
+
+Load ReadingErrors::actual_change(const Load& stated, const Vector6& change) const {
+  const Matrix3 turn = stated.cell * (wrench_gain * spatial::exp_rotation(wrench_rotation));
+  const Vector6 read = as_read(stated), by = in_cell(stated, change.head<3>(), change.tail<3>());
+  Vector6 acting = by + wrench_channels.cwiseProduct(by);
+  acting.head<3>() += wrench_curvature[0] * cube_change(read.head<3>(), by.head<3>());
+  acting.tail<3>() += wrench_curvature[1] * cube_change(read.tail<3>(), by.tail<3>());
+  return {.force = turn * acting.head<3>(),
+          .moment = turn * acting.tail<3>(),
+          .point_on_platform = stated.point_on_platform + wrench_point};
 }
 
 Vector6 ReadingErrors::wrench_derivative(const Load& stated, const Pose& platform,

@@ -32,6 +32,8 @@ struct ReadingErrors {
 
   /// The load that acts where `stated` is written down.
   Load actual(const Load& stated) const;
+  /// How that changes with what is stated by such a wrench [force; moment about the same point].
+  Load actual_change(const Load& stated, const spatial::Vector6& change) const;
   /// Derivative of its wrench [force; moment] at the platform's reference point.
   spatial::Vector6 wrench_derivative(const Load& stated, const spatial::Pose& platform,
                                      const ReadingErrors& tangent) const;

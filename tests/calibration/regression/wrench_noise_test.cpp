@@ -86,6 +86,30 @@ TEST(WrenchNoise, FollowsTheFittedCompliance) {
 }
 
 // Central differences of the prediction by each component of the wrench.
+void expect_exact_derivatives(const vjm::Robot& robot, const Campaign& campaign,
+                              const std::vector<vjm::Effect>& effects) {
+  common::Progress silent;
+  const auto predict = [&](std::size_t component, double step) {
+    Campaign other = campaign;
+    for (Reading& r : other.readings)
+      (component < 3 ? r.load.force : r.load.moment)[static_cast<Eigen::Index>(component % 3)] +=
+          step;
+    return Predictor(robot.manipulator, other, 1, silent)
+        .with_effects(effects)
+        .predict_with_compliance({}, {}, silent);
+  };
+  const Predictions at = predict(0, 0);
+  for (std::size_t k = 0; k < 6; ++k) {
+    const double h = k < 3 ? 2 : 0.2;
+    const Predictions up = predict(k, h), down = predict(k, -h);
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      const spatial::Vector6 slope = (up.displacement[i] - down.displacement[i]) / (2 * h);
+      EXPECT_LT((at.by_wrench[i].col(static_cast<Eigen::Index>(k)) - slope).norm(),
+                1e-5 * slope.norm());
+    }
+  }
+}
+
 TEST(WrenchNoise, TheCovarianceIsCarriedByTheExactDerivative) {
   const vjm::Robot robot = test::orthoglide();
   std::vector<test::Planned> plan = test::orthoglide_plan(3, 2, 3);
@@ -93,27 +117,17 @@ TEST(WrenchNoise, TheCovarianceIsCarriedByTheExactDerivative) {
       test::write(plan, {.more = "frames: {t: {on: base, pose: {point: [1, 2, 3], rpy: [10, 20, "
                                  "30]}}}\ndisplacement_frame: t\ntarget_point: [30, -20, 80]\n"}),
       robot.manipulator);
-  for (const DisplacementKind kind : {DisplacementKind::difference, DisplacementKind::absolute}) {
-    campaign.displacement = kind;
-    common::Progress silent;
-    const auto predict = [&](std::size_t component, double step) {
-      Campaign other = campaign;
-      for (Reading& r : other.readings)
-        (component < 3 ? r.load.force : r.load.moment)[static_cast<Eigen::Index>(component % 3)] +=
-            step;
-      return Predictor(robot.manipulator, other, 1, silent).predict_with_compliance({}, {}, silent);
-    };
-    const Predictions at = predict(0, 0);
-    for (std::size_t k = 0; k < 6; ++k) {
-      const double h = k < 3 ? 2 : 0.2;
-      const Predictions up = predict(k, h), down = predict(k, -h);
-      for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
-        const spatial::Vector6 slope = (up.displacement[i] - down.displacement[i]) / (2 * h);
-        EXPECT_LT((at.by_wrench[i].col(static_cast<Eigen::Index>(k)) - slope).norm(),
-                  1e-5 * slope.norm());
-      }
+  std::vector<vjm::Effect> of_cell;
+  for (const auto& [kind, size] : {std::pair("wrench_zero", "fx=40 N,fy=-60 N,mz=3 N m"),
+                                   std::pair("wrench_saturation", "force=1e-6 1/N^2"),
+                                   std::pair("wrench_channel_gain", "fx=0.1,fz=-0.05")})
+    of_cell.push_back(vjm::effect_from_words(kind, "load", size, robot.kinds(),
+                                             robot.without_effects(), robot.units));
+  for (const DisplacementKind kind : {DisplacementKind::difference, DisplacementKind::absolute})
+    for (const std::vector<vjm::Effect>& effects : {std::vector<vjm::Effect>{}, of_cell}) {
+      campaign.displacement = kind;
+      expect_exact_derivatives(robot, campaign, effects);
     }
-  }
 }
 
 // A robot of three joints, pushed off its reference point.
