@@ -20,6 +20,7 @@ ReadingErrors& ReadingErrors::operator+=(const ReadingErrors& tangent) {
   wrench_rotation += tangent.wrench_rotation;
   wrench_zero += tangent.wrench_zero;
   wrench_curvature += tangent.wrench_curvature;
+  wrench_beside += tangent.wrench_beside;
   wrench_channels += tangent.wrench_channels;
   wrench_point += tangent.wrench_point;
   sensor += tangent.sensor;
@@ -37,7 +38,8 @@ bool ReadingErrors::reads_pose() const {
 
 bool ReadingErrors::reads_load() const {
   return wrench_gain == 1 && wrench_rotation.isZero(0) && wrench_point.isZero(0) &&
-         wrench_zero.isZero(0) && wrench_curvature.isZero(0) && wrench_channels.isZero(0);
+         wrench_zero.isZero(0) && wrench_curvature.isZero(0) && wrench_beside.isZero(0) &&
+         wrench_channels.isZero(0);
 }
 
 namespace {
@@ -60,7 +62,7 @@ Vector3 cube_change(const Vector3& v, const Vector3& change) {
 Vector6 ReadingErrors::from_cell(const Load& stated, const ReadingErrors& of) {
   const Vector6 read = as_read(stated);
   const Vector3 force = read.head<3>(), moment = read.tail<3>();
-  Vector6 result = of.wrench_channels.cwiseProduct(read);
+  Vector6 result = of.wrench_channels.cwiseProduct(read) + of.wrench_beside;
   result.head<3>() += of.wrench_curvature[0] * force.squaredNorm() * force;
   result.tail<3>() += of.wrench_curvature[1] * moment.squaredNorm() * moment;
   return read.isZero(0) ? result : Vector6(result + of.wrench_zero);

@@ -17,6 +17,8 @@ struct ReadingErrors {
   /// square of the force [1/N^2] and of the moment [1/(N m)^2] that are read.
   spatial::Vector6 wrench_zero = spatial::Vector6::Zero();
   Eigen::Vector2d wrench_curvature = Eigen::Vector2d::Zero();
+  /// The same as the zero, but whatever the load cell reads: of a hook that hangs on.
+  spatial::Vector6 wrench_beside = spatial::Vector6::Zero();
   /// Share by which each of its six numbers is read too small.
   spatial::Vector6 wrench_channels = spatial::Vector6::Zero();
   spatial::Vector3 wrench_point = spatial::Vector3::Zero();  // from the stated one, platform [m]

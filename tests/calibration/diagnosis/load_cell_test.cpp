@@ -60,6 +60,16 @@ TEST_P(LoadCell, WithAWrongZeroIsNamed) {
   expect_zero(bench.diagnose(readings, {}), zero);
 }
 
+// A hook that is not counted hangs on from before the first reading to the last.
+TEST_P(LoadCell, WithAHookThatIsNotCountedIsNamed) {
+  Bench bench(GetParam());
+  bench.hide("wrench_zero", "load", "fx=4 N,fy=-6 N,always=1");
+  const Campaign readings = bench.measure(pushes());
+  const Diagnosis d = bench.diagnose(readings, {});
+  expect_zero(d, Vector3(4, -6, 0));
+  EXPECT_EQ(d.found[0].candidate.effect.values[6], 1);
+}
+
 // One on the platform, which turns with it, as has its zero.
 TEST_P(LoadCell, WithAWrongZeroInAxesOfItsOwnIsNamed) {
   Bench bench(GetParam());

@@ -94,16 +94,7 @@ class DryFriction : public EffectKind {
                    .prior_sd = 0.02,
                    .prior_unit = PriorUnit::joint_play,
                    .is_shape = true},
-                  {.name = "settled",
-                   .linear = spatial::dimension::none,
-                   .angular = spatial::dimension::none,
-                   .lower = 0,
-                   .upper = 1,
-                   .prior_sd = 1,
-                   .required = false,
-                   .is_shape = true,
-                   .usual_linear = {0, 1},
-                   .usual_angular = {0, 1}}};
+                  either_way("settled")};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,

@@ -25,6 +25,14 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
           .required = false};
 }
 
+EffectParameter either_way(std::string name) {
+  EffectParameter parameter = optional_parameter(std::move(name), spatial::dimension::none, 1, 1);
+  parameter.lower = 0;
+  parameter.is_shape = true;
+  parameter.usual_linear = parameter.usual_angular = {0, 1};
+  return parameter;
+}
+
 EffectParameter added_compliance(std::string name, const spatial::Dimension& dimension) {
   return {.name = std::move(name),
           .linear = dimension,

@@ -61,6 +61,9 @@ inline constexpr spatial::Dimension angular{.length = -2, .mass = -1, .time = 2,
 EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
                                    double limit, double prior_sd);
 
+/// Whether something is so: 0 (unless given) or 1, and nothing that readings must tell in between.
+EffectParameter either_way(std::string name);
+
 /// A compliance where nothing yielded, of one dimension everywhere; need not be given.
 EffectParameter added_compliance(std::string name, const spatial::Dimension& dimension);
 

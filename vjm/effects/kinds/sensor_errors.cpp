@@ -121,11 +121,7 @@ Kind session_drift() {
     kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, share));
   for (EffectParameter& parameter : kind->parameters)
     parameter.prior_unit = PriorUnit::change_in_session;
-  EffectParameter each_cycle = optional_parameter("each_cycle", spatial::dimension::none, 1, 1);
-  each_cycle.lower = 0;
-  each_cycle.is_shape = true;
-  each_cycle.usual_linear = each_cycle.usual_angular = {0, 1};
-  kind->parameters.push_back(std::move(each_cycle));
+  kind->parameters.push_back(either_way("each_cycle"));
   return kind;
 }
 

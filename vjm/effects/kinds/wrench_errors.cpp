@@ -35,6 +35,29 @@ class WrenchGain : public EffectKind {
   }
 };
 
+// A wrench that acts beside what is read: wherever a load is, or in all readings.
+class WrenchZero : public EffectKind {
+ public:
+  static constexpr Eigen::Index always = 6;
+
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    const spatial::Vector6 wrench = input.values.head<6>();
+    const double share = input.values[always];
+    errors.wrench_zero += (1 - share) * wrench;
+    if (!input.conditions.unloaded) errors.wrench_beside += share * wrench;
+  }
+  ReadingErrors tangent(Eigen::Index value, const EffectInput& input) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    const bool by_share = value == always;
+    const spatial::Vector6 wrench =
+        by_share ? input.values.head<6>() : spatial::Vector6(spatial::Vector6::Unit(value));
+    tangent.wrench_zero = (by_share ? -1 : 1 - input.values[always]) * wrench;
+    if (!input.conditions.unloaded)
+      tangent.wrench_beside = (by_share ? 1 : input.values[always]) * wrench;
+    return tangent;
+  }
+};
+
 // Its prior is a share of what the campaign states.
 EffectParameter load_parameter(const char* name, const spatial::Dimension& dimension, double share,
                                PriorUnit unit) {
@@ -61,17 +84,18 @@ Kind wrench_misalignment() {
 }
 
 Kind wrench_zero() {
-  auto kind = vector_error(&ReadingErrors::wrench_zero);
+  auto kind = std::make_shared<WrenchZero>();
   kind->name = "wrench_zero";
   kind->effect_class = EffectClass::load;
-  kind->summary = "the load cell does not read zero when it bears nothing";
+  kind->summary =
+      "the load cell does not read zero when it bears nothing, or a hook is not counted";
   kind->law =
-      "F = F read + [fx, fy, fz], M = M read + [mx, my, mz], axes of the load cell, "
-      "under any load";
+      "F = F read + [fx, fy, fz], M = M read + [mx, my, mz], axes of the load cell, under any "
+      "load; with always = 1 in all readings, loaded or not";
   kind->source = "zero error of a force transducer: ISO 376";
   kind->signature =
       "a displacement that comes with the first load and is the same under all, whatever their "
-      "size and sign";
+      "size and sign; with always = 1 it stays when the load is gone";
   kind->confuser =
       "target_slip and session_drift, in which it comes and stays as well; wrench_gain, under "
       "loads of one size and sign";
@@ -82,6 +106,7 @@ Kind wrench_zero() {
   for (const char* name : {"mx", "my", "mz"})
     kind->parameters.push_back(
         load_parameter(name, spatial::dimension::moment, 0.02, PriorUnit::stated_moment));
+  kind->parameters.push_back(either_way("always"));
   return kind;
 }
 
