@@ -228,6 +228,28 @@ void try_readings(const Translations& t, Slip& best) {
   }
 }
 
+// One column of the displacement in another unit than the others.
+void try_units_of_readings(const Translations& t, Slip& best) {
+  constexpr double alike = 1.25;  // its slope and that of the others, either way
+  const AxisMoments of(t);
+  for (Index j = 0; j < 3; ++j) {
+    const double product = of.mp.trace() - of.mp(j, j), predicted = of.pp.trace() - of.pp(j, j);
+    if (of.pp(j, j) < least_of_a_column * of.pp.trace() || !(product > 0) ||
+        !AxisMoments::follows(of.mp(j, j), of.mm(j, j), of.pp(j, j)))
+      continue;
+    for (const double factor : {1000., 100., 25.4, 10., 1 / 10., 1 / 25.4, 1 / 100., 1 / 1000.}) {
+      const double slope = factor * of.mp(j, j) / of.pp(j, j) / (product / predicted);
+      if (slope > alike || slope < 1 / alike) continue;
+      const double measured = of.mm.trace() + (factor * factor - 1) * of.mm(j, j);
+      take_better({fmt::format("'d{}' is in a unit {} times as {} as it says",
+                               axis_names[static_cast<std::size_t>(j)],
+                               std::max(factor, 1 / factor), factor > 1 ? "large" : "small"),
+                   left(product + factor * of.mp(j, j), measured, of.pp.trace())},
+                  best);
+    }
+  }
+}
+
 // Left-handed axes, which no frame makes up for.
 void try_mirrored(const Translations& t, Slip& best) {
   if (t.axes() < 3) return;
@@ -464,10 +486,12 @@ std::string column_error(const vjm::Robot& robot, const Campaign& campaign,
   constexpr double nothing_to_explain = 1e-4;
   if (before < nothing_to_explain) return {};
   Slip best;
-  if (campaign.session_frame == SessionFrame::estimated)
+  if (campaign.session_frame == SessionFrame::estimated) {
     try_mirrored(as_given, best);
-  else
+  } else {
     try_readings(as_given, best);
+    try_units_of_readings(as_given, best);
+  }
   const bool is_absolute = campaign.displacement == DisplacementKind::absolute;
   constexpr double worth_a_trial = 0.02;
   if (is_absolute || before > worth_a_trial) {

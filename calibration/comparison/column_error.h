@@ -12,7 +12,7 @@
 namespace kinetostat::calibration {
 
 /// Sentence about one column error that would make most of the misfit of a campaign: axes of the
-/// displacement or of the force with another sign or in another order, a joint that counts the
+/// displacement or of the force with another sign or in another order, one in another unit, a joint that counts the
 /// other way or from another zero, joints exchanged or in other units, axes of the platform. Empty
 /// where none leaves less than a fifth of what the readings vary by, up to a common factor, and
 /// less than a third of what is left as the files are. Of the platform's translations, about their

@@ -89,6 +89,21 @@ TEST(ColumnError, AnAxisOfTheReadingsIsNamed) {
   EXPECT_THAT(d.unit_error, HasSubstr("'dy' is -dy"));
 }
 
+TEST(ColumnError, AnAxisInAnotherUnitIsNamed) {
+  Arm laboratory;
+  for (const auto& [factor, said] :
+       {std::pair(1 / 25.4, "if 'dy' is in a unit 25.4 times as large as it says:"),
+        {1e3, "if 'dy' is in a unit 1000 times as small as it says:"}}) {
+    Campaign wrong = laboratory.pushed();
+    for (Reading& reading : wrong.readings) reading.displacement[1] *= factor;
+    EXPECT_THAT(laboratory.slip(wrong), HasSubstr(said));
+  }
+  // Twice as much is no unit.
+  Campaign soft = laboratory.pushed();
+  for (Reading& reading : soft.readings) reading.displacement[1] *= 2;
+  EXPECT_THAT(laboratory.slip(soft), IsEmpty());
+}
+
 TEST(ColumnError, AnAxisOfTheForceIsNamed) {
   Arm laboratory;
   Campaign reversed = laboratory.pushed(), exchanged = reversed;
