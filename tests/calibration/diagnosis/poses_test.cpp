@@ -97,6 +97,36 @@ TEST_P(Poses, NameEachOrderOfADriveThatLifts) {
   EXPECT_NE(d.found[0].decision.answers[0].effect_class.find("weight"), std::string::npos) << said;
 }
 
+// By a law of this test: a screw that grows carries its nut farther the farther out that is.
+TEST_P(Poses, NameAScrewThatGrows) {
+  test::Laboratory bench(
+      "kinetostat: 1\nname: two slides\nunits: {length: mm, force: N, temperature: degC}\n"
+      "chain_types:\n  arm:\n"
+      "    - actuator: {name: x, axis: Tx, stiffness: 2.0e7 N/m}\n"
+      "    - actuator: {name: z, axis: Tz, stiffness: 3.0e7 N/m}\n"
+      "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: x}\n  - {stiffness: z}\n");
+  bench.options().components = {true, false, true, false, false, false};
+  bench.options().displacement = DisplacementKind::absolute;
+  bench.options().translation_noise = 2e-6;
+  bench.options().seed = GetParam();
+  std::string csv = "id,session,time,temperature,arm.x,arm.z,fx,fz\n";
+  for (int r = 0; r < 60; ++r)
+    csv += fmt::format("r{},am,{},{},{},{},{},{}\n", r, 60 * r, 22 + 3 * std::sin(0.17 * r),
+                       400 * std::sin(0.9 * r), 200 * std::cos(1.3 * r), r % 2 == 0 ? 0 : 90,
+                       r % 3 == 0 ? 0 : -120);
+  Campaign campaign = bench.measure(csv);
+  constexpr double alpha = 1.2e-5;
+  for (Reading& reading : campaign.readings) {
+    const double x = campaign.configurations[reading.configuration].joints.at("arm.x");
+    reading.displacement[0] += alpha * (*reading.temperature - 20) * x;
+  }
+  const Diagnosis d = bench.diagnose(campaign, {});
+  const std::string said = report::first_screen(bench.robot(), campaign, d, "");
+  ASSERT_EQ(d.found.size(), 1u) << said;
+  EXPECT_EQ(d.found[0].candidate.name(), "thermal_expansion at arm.x") << said;
+  EXPECT_NEAR(d.found[0].candidate.effect.values[0], alpha, 4 * d.found[0].deviations[0]);
+}
+
 TEST_P(Poses, NameADrift) {
   Bench bench(GetParam());
   bench.hide("session_drift", "sensor", "x=3e-8 m/s,y=-2e-8 m/s");

@@ -187,6 +187,13 @@ TEST(EffectDerivatives, AreExactWhereFrictionHasSettled) {
   expect_exact(bench, {friction}, 10, 5);
 }
 
+TEST(EffectDerivatives, AreExactForAScrewThatGrows) {
+  const Bench bench = test::parallel_bench();
+  expect_exact(bench,
+               {test::effect(bench.manipulator, "thermal_expansion", "y.rho", {2.3e-5, 21, 15})},
+               50, 1);
+}
+
 // Where there is none yet its first trace is known, too: a search for effects starts there.
 TEST_P(EveryEffect, HasExactDerivativesAtNone) {
   const Effect& given = effect();

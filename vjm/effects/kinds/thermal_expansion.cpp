@@ -1,4 +1,5 @@
-// A link grows with its temperature.
+// A link grows with its temperature, or a screw or scale.
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -36,19 +37,29 @@ std::vector<Part> parts_of(const Chain& chain, const std::string& element) {
   return parts;
 }
 
+// A drive whose stroke grows as well: its screw or scale.
+std::optional<Eigen::Index> screw_of(const Chain& chain, const std::string& element) {
+  for (std::size_t k = 0; k < chain.coordinates().size(); ++k) {
+    const Coordinate& c = chain.coordinates()[k];
+    if (c.name == element && c.role == Role::actuated && !is_rotation(c.motion))
+      return static_cast<Eigen::Index>(k);
+  }
+  return std::nullopt;
+}
+
 class ThermalExpansion : public EffectKind {
  public:
   ThermalExpansion() {
     name = "thermal_expansion";
     effect_class = EffectClass::temperature;
-    summary = "the part that leads to a joint, or a link, grows with the temperature";
+    summary = "the part that leads to a joint, a link, or a screw grows with the temperature";
     law =
-        "its length vector times 1 + alpha (T' - reference), lag dT'/dt + T' = T for the "
-        "temperature "
-        "T of the readings";
+        "its length vector, and the command of a drive that slides, times 1 + alpha (T' - "
+        "reference), lag dT'/dt + T' = T for the temperature T of the readings";
     source = "linear expansion; ISO 230-3, thermal effects on machine tools";
     signature =
-        "an offset in proportion to the temperature, along the link; the load plays no part";
+        "an offset in proportion to the temperature, along the link, of a screw to its stroke as "
+        "well; the load plays no part";
     confuser =
         "session_drift, when the temperature follows time; geometric_error, when it hardly changes";
     place = EffectPlace::element;
@@ -75,6 +86,9 @@ class ThermalExpansion : public EffectKind {
     for (const Part& part : parts_of(modifier.chain(), element))
       modifier.add_displacement(part.element, true,
                                 translation(input.values[alpha] * warm.above * part.length));
+    if (const auto k = screw_of(modifier.chain(), element))
+      modifier.add_transmission_error(
+          {.coordinate = *k, .leader = *k, .ratio = input.values[alpha] * warm.above});
   }
 
   void differentiate(ChainColumns& columns, const std::string& element,
@@ -87,6 +101,13 @@ class ThermalExpansion : public EffectKind {
                                translation(-input.values[alpha] * part.length));
       columns.add_displacement(lag_time, part.element, true,
                                translation(input.values[alpha] * warm.by_lag * part.length));
+    }
+    if (const auto k = screw_of(columns.state().chain, element)) {
+      const double command = columns.state().x[*k] - columns.state().travel[*k];
+      columns.add_transmission_error(alpha, *k, warm.above * command);
+      if (!input.conditions.temperature) return;
+      columns.add_transmission_error(reference, *k, -input.values[alpha] * command);
+      columns.add_transmission_error(lag_time, *k, input.values[alpha] * warm.by_lag * command);
     }
   }
 
