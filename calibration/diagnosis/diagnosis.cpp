@@ -21,6 +21,7 @@
 #include "kinetostat/calibration/regression/joint_scales.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/search/outliers.h"
+#include "kinetostat/calibration/search/repeated_outliers.h"
 #include "kinetostat/common/error.h"
 
 namespace kinetostat::calibration {
@@ -177,7 +178,8 @@ class Baseline {
  private:
   Campaign without_outliers() {
     whole_search_.screen({}, fit_);
-    std::vector<std::size_t> outliers = whole_search_.outliers(fit_);
+    std::vector<std::size_t> outliers = without_repeated(
+        given_, whole_search_.values(), fit_.at.residual, whole_search_.outliers(fit_));
     if (static_cast<double>(outliers.size()) >
         most_outliers * static_cast<double>(whole_search_.values().size())) {
       far_values_ = outliers.size();
@@ -316,10 +318,18 @@ bool is_geometry_in_part(const Diagnosis& d) {
          });
 }
 
+// What is left comes and goes with time or temperature: errors of geometry stay as they are.
+bool leaves_what_varies(const Diagnosis& d) {
+  return d.left.log > 0 &&
+         (d.left.over == SmoothOver::time || d.left.over == SmoothOver::temperature);
+}
+
 // Poses of a robot that was never calibrated: its errors of geometry hide all others.
 void ask_for_kinematics(double share, Diagnosis& d) {
   constexpr double most_of_it = 0.5;
-  if (share < most_of_it || (d.verdict != Verdict::unexplained && !is_geometry_in_part(d))) return;
+  if (share < most_of_it || leaves_what_varies(d) ||
+      (d.verdict != Verdict::unexplained && !is_geometry_in_part(d)))
+    return;
   d.by_kinematics = share;
   d.verdict = Verdict::unexplained;
   d.missing.push_back(fmt::format(

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/search/repeated_outliers.h"
+
 #include "calibration/random_matrix.h"
 
 namespace kinetostat::calibration::outliers_test {
@@ -71,6 +73,57 @@ TEST(Outliers, AreNoneInNoise) {
                       effects.size(), [&](std::size_t e) { return effects[e]; })
                  .size();
   EXPECT_EQ(found, 0u);
+}
+
+// Three postures pushed along x and z, up and down: 24 readings, of which two components are read.
+struct Pushes {
+  Campaign campaign;
+  std::vector<Value> values;
+  VectorXd residual;
+
+  Pushes() {
+    for (int posture = 0; posture < 3; ++posture)
+      for (const Eigen::Index axis : {0, 2})
+        for (const double force : {50., 100., -50., -100.}) {
+          Reading& reading = campaign.readings.emplace_back();
+          reading.load.force[axis] = force;
+          for (const Eigen::Index component : {0, 2})
+            values.push_back({campaign.readings.size() - 1, component});
+        }
+    residual = VectorXd::Zero(static_cast<Index>(values.size()));
+  }
+  // Of the first component, under the largest loads along an axis.
+  std::vector<std::size_t> at_peaks(Eigen::Index axis) const {
+    std::vector<std::size_t> found;
+    for (std::size_t v = 0; v < values.size(); v += 2)
+      if (std::abs(campaign.readings[values[v].reading].load.force[axis]) == 100)
+        found.push_back(v);
+    return found;
+  }
+  std::vector<std::size_t> left_of(const std::vector<std::size_t>& outliers) const {
+    return without_repeated(campaign, values, residual, outliers);
+  }
+};
+
+TEST(Outliers, AreNoneThatComeBackUnderALoad) {
+  Pushes pushes;
+  std::vector<std::size_t> far = pushes.at_peaks(2);
+  ASSERT_EQ(far.size(), 6u);
+  for (const std::size_t v : far) pushes.residual[static_cast<Index>(v)] = 9;
+  EXPECT_THAT(pushes.left_of(far), IsEmpty());
+  // Another one, of the other component, stays.
+  far.push_back(7);
+  EXPECT_THAT(pushes.left_of(far), ElementsAre(7));
+  far.pop_back();
+  // Off to both sides; too few; few of those that are loaded so.
+  pushes.residual[static_cast<Index>(far[0])] = -9;
+  EXPECT_EQ(pushes.left_of(far), far);
+  pushes.residual[static_cast<Index>(far[0])] = 9;
+  far.resize(3);
+  EXPECT_EQ(pushes.left_of(far), far);
+  std::vector<std::size_t> anywhere = {0, 2, 8, 18};
+  for (const std::size_t v : anywhere) pushes.residual[static_cast<Index>(v)] = 9;
+  EXPECT_EQ(pushes.left_of(anywhere), anywhere);
 }
 
 }  // namespace
