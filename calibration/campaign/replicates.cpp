@@ -16,26 +16,39 @@
 namespace kinetostat::calibration {
 namespace {
 
-// The axis along which a load acts above all, and its sign: 1 to 6, or -1 to -6; 0 without load.
-int side_of(const vjm::Load& load) {
-  const spatial::Vector6 direction = direction_of(load);
-  Eigen::Index axis = 0;
-  const double size = direction.cwiseAbs().maxCoeff(&axis);
-  if (size == 0) return 0;
-  return static_cast<int>(axis + 1) * (direction[axis] > 0 ? 1 : -1);
-}
+// Directions that loads have, each with a number from 1.
+class Sides {
+ public:
+  // 0 without load.
+  int number_of(const vjm::Load& load) {
+    constexpr double same = 0.95;  // cosine
+    const spatial::Vector6 direction = direction_of(load);
+    if (direction.isZero(0)) return 0;
+    const auto found = std::find_if(known_.begin(), known_.end(), [&](const spatial::Vector6& d) {
+      return d.dot(direction) > same;
+    });
+    const auto number = static_cast<int>(found - known_.begin()) + 1;
+    if (found == known_.end()) known_.push_back(direction);
+    return number;
+  }
+
+ private:
+  std::vector<spatial::Vector6> known_;
+};
 
 // From which side a reading without load comes back within its cycle: friction and clearance keep
-// it apart from those of the other side. 0 where it has load, or comes from none.
+// it apart from those of other sides. 0 where it has load, or comes from none.
 std::vector<int> sides_of_return(const Campaign& campaign) {
   std::vector<int> result(campaign.readings.size(), 0);
   const std::vector<vjm::Load> loads = changing_loads(campaign);
+  Sides sides;
   for (const Cycle& cycle : cycles_as_run(campaign))
     for (std::size_t k = 1; k < cycle.size(); ++k) {
       const Reading &now = campaign.readings[cycle[k]], &before = campaign.readings[cycle[k - 1]];
       const vjm::Load& load_before = loads[cycle[k - 1]];
       if (level_of(loads[cycle[k]]) == 0 && now.configuration == before.configuration)
-        result[cycle[k]] = level_of(load_before) == 0 ? result[cycle[k - 1]] : side_of(load_before);
+        result[cycle[k]] =
+            level_of(load_before) == 0 ? result[cycle[k - 1]] : sides.number_of(load_before);
     }
   return result;
 }

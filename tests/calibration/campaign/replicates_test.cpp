@@ -52,6 +52,9 @@ TEST(Replicates, WithoutLoadComeBackFromTheSameSide) {
   // From loads of one side, whatever their size; a rest in between is a state of its own.
   EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\na,1,5,1\na,2,0,2\na,3,0,2\na,4,9,3\na,5,0,2\n")),
             (Sizes{2, 1, 1, 1}));
+  // An oblique load leaves a joint elsewhere than one along the axis that it is largest along.
+  EXPECT_EQ(sizes(campaign("cycle,step,fx,fz,dz\na,1,0,5,1\na,2,0,0,2\nb,1,3,4,3\nb,2,0,0,4\n")),
+            (Sizes{1, 1, 1, 1}));
 }
 
 // Ten states, each read eight times over a day that warms the machine; 1 um of noise.
