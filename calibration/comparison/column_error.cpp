@@ -230,12 +230,13 @@ void try_readings(const Translations& t, Slip& best) {
 
 // One column of the displacement in another unit than the others.
 void try_units_of_readings(const Translations& t, Slip& best) {
-  constexpr double alike = 1.25;  // its slope and that of the others, either way
+  constexpr double alike = 1.25;   // its slope and that of the others, either way
+  constexpr double follows = 0.7;  // correlation: noise counts for more of what is read too small
   const AxisMoments of(t);
   for (Index j = 0; j < 3; ++j) {
     const double product = of.mp.trace() - of.mp(j, j), predicted = of.pp.trace() - of.pp(j, j);
     if (of.pp(j, j) < least_of_a_column * of.pp.trace() || !(product > 0) ||
-        !AxisMoments::follows(of.mp(j, j), of.mm(j, j), of.pp(j, j)))
+        !(of.mp(j, j) > follows * std::sqrt(of.mm(j, j) * of.pp(j, j))))
       continue;
     for (const double factor : {1000., 100., 25.4, 10., 1 / 10., 1 / 25.4, 1 / 100., 1 / 1000.}) {
       const double slope = factor * of.mp(j, j) / of.pp(j, j) / (product / predicted);
