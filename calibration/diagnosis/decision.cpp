@@ -196,8 +196,12 @@ class Posterior {
   std::vector<Answer> answers() const {
     std::map<std::pair<std::string, std::string>, std::vector<const Hypothesis*>> groups;
     const Hypothesis* best = nullptr;
+    // Where two are the same but for rounding, the first: it is that which others are distinguished
+    // from.
+    constexpr double rounding = 1e-5;
     for (const Hypothesis& h : hypotheses_)
-      if (h.ranked && h.ranked->fit && (!best || h.log_weight > best->log_weight)) best = &h;
+      if (h.ranked && h.ranked->fit && (!best || h.log_weight > best->log_weight + rounding))
+        best = &h;
     std::vector<std::string> places_of_best;
     for (const Hypothesis& h : hypotheses_)
       if (best && is_place_of_best(h, *best)) places_of_best.push_back(h.place);

@@ -170,6 +170,14 @@ TEST(Decision, PlacesThatPredictAlikeAreOneAnswer) {
 
 // A balancer turns its joint by its angle, as an eccentric gear does: no reading of the platform
 // distinguishes them, and more readings of the same kind are no use.
+// The d' of the first is its distance from nothing, whatever rounding makes of the evidence.
+TEST(Decision, PlacesThatAreTheSameButForRoundingAreOneAnswer) {
+  const Decision d = decide(round_of({fitted("geometric_error", "b.end", 0, 495),
+                                      fitted("geometric_error", "b.head.Rz", 1e-9, 3e-10)}));
+  ASSERT_TRUE(d.is_identified);
+  EXPECT_THAT(d.answers[0].places, testing::UnorderedElementsAre("b.end", "b.head.Rz"));
+}
+
 TEST(Decision, WhatMovesThePlatformAlikeInPrincipleIsOneAnswer) {
   const Decision d = decide(
       round_of({fitted("eccentricity", "q2", 0), fitted("gravity_compensator", "q2", -0.5, 1.2),
