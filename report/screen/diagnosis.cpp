@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
@@ -83,13 +84,18 @@ std::vector<Value> values_of(const vjm::Robot& robot, const calibration::Campaig
     const vjm::EffectParameter& parameter = kind.parameters[k];
     const auto i = static_cast<Eigen::Index>(k);
     const double value = found.candidate.effect.values[i], deviation = found.deviations[i];
-    if (k > 0 && (parameter.is_shape || parameter.is_phase || std::isnan(deviation))) continue;
+    if (k > 0 && (parameter.is_shape || parameter.is_phase)) continue;
+    const bool is_at_bound = std::isnan(deviation);
+    if (k > 0 && is_at_bound && value == parameter.none) continue;
     const std::string unit = unit_for_people(campaign, parameter, angular);
     const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
+    const std::string number_alone =
+        is_at_bound ? number(value / factor, 3) : with_error(value / factor, deviation / factor);
     values.push_back({parameter.name,
-                      with_error(value / factor, deviation / factor) +
-                          (unit.empty() ? "" : " " + unit_in_words(unit)),
-                      std::abs(value - parameter.none) / deviation});
+                      number_alone + (unit.empty() ? "" : " " + unit_in_words(unit)) +
+                          (is_at_bound ? " (at its bound)" : ""),
+                      is_at_bound ? std::numeric_limits<double>::infinity()
+                                  : std::abs(value - parameter.none) / deviation});
   }
   return values;
 }
@@ -118,10 +124,15 @@ std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& 
   std::vector<Value> shown;
   for (const Value& value : values)
     if (value.significance > stands_out && shown.size() < most) shown.push_back(value);
-  // A size below its own error is none that is known, nor is the first of several that need not be.
+  // A size below its own error is none that is known.
   const bool leads = found.candidate.effect.kind->parameters.front().required;
-  if (shown.empty() && leads && !values.empty() && !(values.front().significance < 1))
-    shown.push_back(values.front());
+  const auto clearest =
+      leads ? values.begin()
+            : std::max_element(values.begin(), values.end(), [](const Value& a, const Value& b) {
+                return a.significance < b.significance;
+              });
+  if (shown.empty() && clearest != values.end() && !(clearest->significance < 1))
+    shown.push_back(*clearest);
   if (shown.empty()) return {};
   const std::vector<std::string> designs = designs_in_words(robot, found);
   if (leads && shown.size() == 1 && shown.front().name == values.front().name && designs.empty())
