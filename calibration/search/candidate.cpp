@@ -35,6 +35,10 @@ bool same_sites(const vjm::Effect& a, const vjm::Effect& b) {
                     });
 }
 
+bool is_fixed(const Candidate& candidate, Index value) {
+  return std::find(candidate.fixed.begin(), candidate.fixed.end(), value) != candidate.fixed.end();
+}
+
 // Whether a value is the order of another one of its kind at its place.
 bool is_taken(const vjm::Effect& effect, Index value, double order,
               const std::vector<vjm::Effect>& present) {
@@ -131,7 +135,10 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
     if (!(deviation > 0) || !std::isfinite(deviation)) return std::nullopt;
     if (is_size(*kind, k) || parameter.required)
       candidate.effect.values[i] = within(parameter, parameter.none + deviation);
-    candidate.designs *= std::max<std::size_t>(1, usual_values(candidate.effect, i, bare).size());
+    if (!parameter.is_of_differences || scales.differences)
+      candidate.designs *= std::max<std::size_t>(1, usual_values(candidate.effect, i, bare).size());
+    else
+      candidate.fixed.push_back(i);
   }
   if (kind->offsets_readings) candidate.designs = readings_named(*kind, scales);
   if (candidate.designs == 0) return std::nullopt;
@@ -301,7 +308,7 @@ std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipul
   std::vector<Candidate> designs = {candidate};
   for (Index k = 0; k < candidate.effect.values.size(); ++k) {
     const std::vector<double>& usual = usual_values(candidate.effect, k, bare);
-    if (usual.empty()) continue;
+    if (usual.empty() || is_fixed(candidate, k)) continue;
     std::vector<Candidate> more;
     for (const Candidate& design : designs)
       for (const double value : usual) {

@@ -116,6 +116,8 @@ struct EffectParameter {
   /// Where design fixes it: the values that it usually has [SI]. A search for what is missing tries
   /// each, and fits none.
   std::vector<double> usual_linear = {}, usual_angular = {};
+  /// Another value than `none` makes it another effect where poses are read, not differences.
+  bool is_of_differences = false;
   NamesReadings names_readings = NamesReadings::no;
 };
 

@@ -107,6 +107,7 @@ Kind wrench_zero() {
     kind->parameters.push_back(
         load_parameter(name, spatial::dimension::moment, 0.02, PriorUnit::stated_moment));
   kind->parameters.push_back(either_way("always"));
+  kind->parameters.back().is_of_differences = true;  // else it is a payload
   return kind;
 }
 
