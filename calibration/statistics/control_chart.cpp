@@ -18,8 +18,12 @@ ControlChart individuals_chart(const std::vector<double>& values, std::size_t ba
     chart.mean_moving_range += std::abs(values[i] - values[i - 1]) / (n - 1);
   chart.lower = chart.mean - 2.66 * chart.mean_moving_range;
   chart.upper = chart.mean + 2.66 * chart.mean_moving_range;
+  // Equal values have no range, and their mean differs from them by rounding.
+  constexpr double rounding = 1e-9;
+  const double slack = rounding * std::abs(chart.mean);
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (values[i] < chart.lower || values[i] > chart.upper) chart.outside.push_back(i);
+    if (values[i] < chart.lower - slack || values[i] > chart.upper + slack)
+      chart.outside.push_back(i);
   return chart;
 }
 

@@ -46,5 +46,15 @@ TEST(ControlChart, OfABaselineDoesNotWidenByWhatComesLater) {
   EXPECT_THROW(individuals_chart({1, 2}, 1), std::invalid_argument);
 }
 
+// The mean of eight times 0.9 is another number than that.
+TEST(ControlChart, OfEqualValuesHasNoneOutside) {
+  for (const double value : {0.9, 0.9018, -1e-9 / 3, 1e12 / 7}) {
+    EXPECT_TRUE(individuals_chart(std::vector<double>(8, value)).outside.empty());
+    std::vector<double> values(9, value);
+    values[5] *= 1.001;
+    EXPECT_EQ(individuals_chart(values, 4).outside, (std::vector<std::size_t>{5}));
+  }
+}
+
 }  // namespace
 }  // namespace kinetostat::calibration::control_chart_test
