@@ -402,8 +402,8 @@ DiagnosisRecord diagnosis_record(const Json& json, const std::filesystem::path& 
   };
   try {
     return record_of(json, file);
-  } catch (const Json::exception& error) {
-    throw no_diagnosis(error.what());
+  } catch (const Json::exception&) {
+    throw no_diagnosis("what a diagnosis says is missing in it, or of another kind");
   } catch (const std::invalid_argument& error) {
     throw no_diagnosis(error.what());
   }
