@@ -205,7 +205,9 @@ int YamlNode::integer(int lowest, int highest) const {
 std::string YamlNode::choice(const std::vector<std::string>& words) const {
   std::string word = text();
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
-  fail(fmt::format("'{}' is not one of {}", word, fmt::join(words, ", ")), hint(word, words));
+  const std::string near = common::nearest_spelling(word, words);
+  fail(fmt::format("'{}' is not one of {}", word, fmt::join(words, ", ")),
+       near.empty() ? "" : fmt::format("Did you mean '{}'?", near));
 }
 
 double YamlNode::quantity(const Dimension& dimension, const UnitSystem& units) const {
