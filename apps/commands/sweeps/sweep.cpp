@@ -63,6 +63,20 @@ void replace_word(const std::string& place, const std::string& value,
 // By its exit code, the last cell.
 bool has_failed(const std::string& line) { return !line.ends_with(",0\n"); }
 
+// Whether a line that was kept has so many cells, the last of them an exit code: a disk that was
+// full or lost its power leaves others.
+bool is_whole(std::string_view line, std::ptrdiff_t cells) {
+  bool quoted = false;
+  std::ptrdiff_t found = 1;
+  for (const char c : line) {
+    if (c == '"') quoted = !quoted;
+    if (c == ',' && !quoted) ++found;
+  }
+  const std::string_view exit = line.substr(line.rfind(',') + 1);
+  return found == cells && !exit.empty() &&
+         exit.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 class Sweep {
  public:
   Sweep(const SweepPlan& plan, const io::Part& part, fs::path kept)
@@ -121,11 +135,15 @@ class Sweep {
     for (const auto& [number, line] : lines_) whole += line;
     io::write_atomically(kept_, whole);
   }
+  std::ptrdiff_t cells() const {
+    return std::ssize(plan_.keys) + std::ssize(plan_.results) + 2;  // number and exit code
+  }
   void take_lines(const std::string& text, std::size_t at) {
     for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
       std::size_t number = 0;
       const auto [rest, bad] = std::from_chars(text.data() + at, text.data() + end, number);
-      if (bad == std::errc() && std::binary_search(wanted_.begin(), wanted_.end(), number))
+      if (bad == std::errc() && *rest == ',' && is_whole({text.data() + at, end - at}, cells()) &&
+          std::binary_search(wanted_.begin(), wanted_.end(), number))
         lines_[number] = text.substr(at, end + 1 - at);
     }
   }

@@ -138,6 +138,12 @@ TEST_F(Sweep, GoesOnFromWhereItWasStopped) {
   EXPECT_EQ(table().cell(1, *table().find("none")), "kept");
   EXPECT_NEAR(table().number(2, *table().find("sag")), 1e-5, 1e-9);
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "out.csv.part"));
+  // Nor is a row that a full disk or a loss of power has spoilt.
+  io::write_atomically(working_folder() / "out.csv.part",
+                       title + "0,1 kN m/rad\n1,10 kN m/rad,0.5,kept,0,1\n2,100 kN m/rad,1,,x\n" +
+                           std::string(30, '\0') + "\n");
+  ASSERT_EQ(run(file).code, 0);
+  EXPECT_EQ(io::read_text(working_folder() / "out.csv"), whole);
   // Of another sweep nothing is taken.
   io::write_atomically(working_folder() / "out.csv.part", "# sweep 0 of 3 runs\n1,1,0.5,kept,0\n");
   ASSERT_EQ(run(file).code, 0);
