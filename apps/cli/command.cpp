@@ -198,6 +198,14 @@ std::string page_about(const common::InputError& error) {
   return {};
 }
 
+// An option that is given has a value: that of a variable of the shell may be missing.
+void require_values(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& value : option->results())
+      if (value.empty())
+        throw UsageError(option->get_name(), "the value is empty", "Give one, or leave it out");
+}
+
 }  // namespace
 
 std::string words_of(const common::InputErrors& errors, bool verbose) {
@@ -404,6 +412,7 @@ int Program::parse_and_run(int argc, const char* const* argv) {
     return usage_error(error.what(), {argv + std::min(argc, 1), argv + argc});
   }
   if (const Command* command = chosen()) {
+    require_values(*command->app);
     run_action(*command);
   } else {
     answer();
