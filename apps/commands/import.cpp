@@ -55,6 +55,39 @@ const DescribedJoint& drive_named(const std::vector<DescribedJoint>& drives,
                    near.empty() ? "" : fmt::format("Did you mean '{}'?", near));
 }
 
+// A drive that turns and one that slides, where there are both.
+std::optional<std::pair<std::string, std::string>> both_sorts(
+    const std::vector<DescribedJoint>& drives) {
+  const auto is_turning = [](const DescribedJoint& drive) { return turns(drive); };
+  const auto turning = std::find_if(drives.begin(), drives.end(), is_turning);
+  const auto sliding = std::find_if_not(drives.begin(), drives.end(), is_turning);
+  if (turning == drives.end() || sliding == drives.end()) return std::nullopt;
+  return std::pair(turning->name, sliding->name);
+}
+
+// No stiffness with a unit is that of drives of both sorts.
+void require_one_sort(const std::vector<DescribedJoint>& drives, const std::string& value) {
+  const auto sorts = both_sorts(drives);
+  if (!sorts || value.find_first_of(" Nm/") == std::string::npos) return;
+  throw UsageError(
+      stiffness_option,
+      fmt::format("'{}' cannot be that of '{}', which turns, and of '{}', which slides", value,
+                  sorts->first, sorts->second),
+      fmt::format("Give '{}=5e4 N m/rad,{}=1e7 N/m', and so on for the others", sorts->first,
+                  sorts->second));
+}
+
+// What one number for drives of both sorts stands for; empty where there is one sort.
+std::string one_number_for_both(const std::vector<DescribedJoint>& drives,
+                                const std::string& text) {
+  const auto sorts = both_sorts(drives);
+  if (!sorts || text.find_first_of("=,") != std::string::npos) return {};
+  return fmt::format(
+      "--joint-stiffness {} is taken as so many N m/rad for '{}', which turns, and as so many N/m "
+      "for '{}', which slides, of which few are so soft. Give '{}=...,{}=...' for each its own.",
+      text, sorts->first, sorts->second, sorts->first, sorts->second);
+}
+
 // One for all drives, one for each, or NAME=VALUE for some.
 void read_stiffness(const std::vector<DescribedJoint>& drives, const std::string& text,
                     std::map<std::string, double>& result) {
@@ -64,6 +97,7 @@ void read_stiffness(const std::vector<DescribedJoint>& drives, const std::string
     throw UsageError(stiffness_option,
                      fmt::format("has {} values for {} drives", parts.size(), drives.size()),
                      "Give one for all, one for each from base to tip, or NAME=VALUE");
+  if (!by_name && parts.size() == 1) require_one_sort(drives, parts.front());
   for (std::size_t d = 0; !by_name && d < drives.size(); ++d)
     result[drives[d].name] = stiffness_of(drives[d], parts[parts.size() == 1 ? 0 : d]);
   std::set<std::string> named;
@@ -100,6 +134,8 @@ void add_by_effort(const std::vector<DescribedJoint>& drives, const std::string&
   const WindUp wind_up = read_wind_up(text);
   bool any = false;
   for (const DescribedJoint& drive : drives) {
+    any = any || drive.stiffness;
+    if (drive.stiffness) continue;  // that is none to be guessed
     const double yields = turns(drive) ? wind_up.angle : wind_up.way;
     if (!(drive.effort.value_or(0) > 0) || !(yields > 0)) continue;
     result[drive.name] = *drive.effort / yields;
@@ -143,7 +179,11 @@ vjm::ImportOptions stiffnesses(const ImportRequest& request,
         "under it. An estimate: replace it by what the data sheet says.",
         request.wind_up));
   }
-  if (!request.stiffness.empty()) read_stiffness(drives, request.stiffness, options.stiffness);
+  if (!request.stiffness.empty()) {
+    read_stiffness(drives, request.stiffness, options.stiffness);
+    if (std::string doubt = one_number_for_both(drives, request.stiffness); !doubt.empty())
+      options.notes.push_back(std::move(doubt));
+  }
   return options;
 }
 
@@ -164,6 +204,9 @@ io::Json import(const ImportRequest& request, Run& run) {
   const vjm::DescribedChain chain = vjm::find_chain(model, request.base, request.tip);
   vjm::ImportedRobot robot = vjm::import_robot(model, chain);
   vjm::ImportOptions options = stiffnesses(request, robot.drives);
+  if (const std::string doubt = one_number_for_both(robot.drives, request.stiffness);
+      !doubt.empty())
+    run.remark(doubt);
   MeshLinks links;
   if (request.identify) {
     links = identify_bodies(model, robot.bodies,

@@ -86,6 +86,37 @@ TEST(ImportCommand, TakesTheStiffnessOfSomeDrivesByNameAndOfOthersByEffort) {
   EXPECT_EQ(kinetostat(import + "--joint-stiffness-by-effort 0").code, 2);
 }
 
+// A slide on a joint that turns and has a spring of its own.
+constexpr char crane[] = R"(<robot name="crane">
+  <link name="base"/><link name="jib"/><link name="trolley"/>
+  <joint name="swing" type="revolute"><parent link="base"/><child link="jib"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="200" velocity="1"/></joint>
+  <joint name="run" type="prismatic"><parent link="jib"/><child link="trolley"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="1" effort="300" velocity="1"/></joint>
+  <gazebo reference="swing"><springStiffness>12345</springStiffness></gazebo>
+</robot>
+)";
+
+TEST(ImportCommand, GuessesNoStiffnessThatIsKnownOrOfAnotherSort) {
+  io::write_atomically(working_folder() / "crane.urdf", crane);
+  const std::string import = "import crane.urdf -o crane.yaml ";
+  const Outcome guessed = kinetostat(import + "--joint-stiffness-by-effort '5 mrad,0.1 mm'");
+  ASSERT_EQ(guessed.code, 0) << guessed.err;
+  const std::string text = io::read_text(working_folder() / "crane.yaml");
+  EXPECT_THAT(text, ContainsRegex("name: swing, .*stiffness: 12345 N m/rad"));
+  EXPECT_THAT(text, ContainsRegex("name: run, .*stiffness: 3000000 N/m"));
+  const Outcome refused = kinetostat(import + "--joint-stiffness '5e4 N m/rad'");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("'swing', which turns, and of 'run', which slides"));
+  const Outcome doubted = kinetostat(import + "--joint-stiffness 5e4");
+  ASSERT_EQ(doubted.code, 0) << doubted.err;
+  EXPECT_THAT(doubted.err, HasSubstr("as so many N/m for 'run', which slides"));
+  EXPECT_THAT(io::read_text(working_folder() / "crane.yaml"), HasSubstr("which slides"));
+  const Outcome empty = kinetostat(import + "--joint-stiffness ''");
+  EXPECT_EQ(empty.code, 2);
+  EXPECT_THAT(empty.err, HasSubstr("--joint-stiffness: the value is empty"));
+}
+
 // A bar along x, in the unit of the file; without its end face it is open there.
 std::string bar_stl(double from, double to, double y, double z, bool end_face = true) {
   constexpr int pieces = 12;
