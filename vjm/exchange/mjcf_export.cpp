@@ -23,7 +23,8 @@ class Writer {
     add("  <compiler angle=\"radian\" autolimits=\"true\"/>\n");
     add("  <option gravity=\"{}\"/>\n  <worldbody>\n", xml_words(tree_.gravity));
     for (std::size_t b = 0; b < tree_.bodies.size(); ++b) open_body(b);
-    add("{}<site name=\"tool\" {}/>\n", indent(tree_.bodies.size()), place(tree_.tool));
+    add("{}<site name=\"{}\" {}/>\n", indent(tree_.bodies.size()), free_name("tool", tree_),
+        place(tree_.tool));
     for (std::size_t b = tree_.bodies.size(); b-- > 0;) add("{}</body>\n", indent(b));
     add("  </worldbody>\n  <keyframe>\n    <key name=\"posture\" qpos=\"");
     for (std::size_t b = 0; b < tree_.bodies.size(); ++b)

@@ -72,11 +72,23 @@ std::vector<std::string> ends_of(const RobotDescription& robot) {
   return ends;
 }
 
+// A frame on a link by one of the names that tools have: of exports of this program, of industrial
+// robots in ROS and of MuJoCo's collection of robots.
+std::optional<std::string> tool_on(const RobotDescription& robot, const std::string& link) {
+  for (const char* name : {"tool", "tool_", "tool0", "tcp", "attachment_site"})
+    for (const DescribedLink& mark : robot.links)
+      if (const DescribedJoint* joint = carrier_of(robot, mark.name);
+          mark.is_mark && mark.name == name && joint != nullptr && joint->parent == link)
+        return mark.name;
+  return std::nullopt;
+}
+
 // The only link that carries no other, or what industrial robots in ROS call the frame of the tool.
 std::string usual_tip(const RobotDescription& robot) {
   const std::vector<std::string> ends = ends_of(robot);
   if (std::find(ends.begin(), ends.end(), "tool0") != ends.end()) return "tool0";
-  return only_one(robot, ends, "last link", "--tip");
+  const std::string last = only_one(robot, ends, "last link", "--tip");
+  return tool_on(robot, last).value_or(last);
 }
 
 }  // namespace

@@ -86,6 +86,7 @@ TEST_F(Description, OfMjcf) {
 )");
   EXPECT_EQ(robot.format, "MJCF");
   const ImportedRobot text = import_robot(robot, find_chain(robot, "", "tool"));
+  EXPECT_EQ(find_chain(robot, "", "").tip, "tool");  // by the name of the site
   ASSERT_EQ(text.drives.size(), 3u);
   EXPECT_EQ(text.drives[0].effort, 200);
   EXPECT_EQ(text.drives[2].stiffness, 2e6);
