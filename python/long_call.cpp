@@ -7,6 +7,7 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -107,6 +108,7 @@ void run_long(const py::object& progress, const std::function<void(common::Progr
 }
 
 int thread_count(int asked) {
+  if (asked < 0) throw std::invalid_argument("threads must be 1 or more, or 0 for all processors");
   return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 

@@ -191,6 +191,7 @@ std::unique_ptr<apps::FitCache> cache_of(const CampaignValue& given, bool wanted
 
 DiagnosisValue diagnose(const CampaignPointer& given, const Search& search, int threads,
                         const py::object& progress) {
+  if (search.draws < 1) throw py::value_error("draws must be 1 or more");
   calibration::DiagnosisOptions options{.kinds = search.effects,
                                         .draws = search.draws,
                                         .seed = search.seed,
@@ -267,6 +268,7 @@ struct PlanValue : Result {
 PlanValue plan(const CampaignPointer& given, const DiagnosisValue* diagnosis,
                const std::vector<std::string>& show, double minutes, int threads,
                const py::object& progress) {
+  if (!(minutes > 0)) throw py::value_error("minutes must be above 0");
   const DiagnosisValue made =
       diagnosis != nullptr ? *diagnosis : diagnose(given, {{}, 500, 1, 3}, threads, progress);
   PlanValue value{{given, {}, {}, {}}, {}};

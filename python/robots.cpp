@@ -1,4 +1,5 @@
 // Robots: reading, postures, stiffness, deflection.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -56,24 +57,52 @@ Eigen::Matrix4d transform(const spatial::Pose& pose) {
   return matrix;
 }
 
-RobotValue from_urdf(const Path& file, const std::variant<double, std::vector<double>>& stiffness,
-                     const std::string& base, const std::string& tip) {
+using GivenStiffness = std::variant<std::monostate, double, std::vector<double>, Joints>;
+
+// By the names of drives, each one's own.
+Joints stiffness_by_name(const std::vector<vjm::DescribedJoint>& drives,
+                         const GivenStiffness& given) {
+  const auto fail = [](const std::string& what) {
+    throw py::value_error("joint_stiffness " + what);
+  };
+  Joints result;
+  if (const auto* each = std::get_if<Joints>(&given)) {
+    result = *each;
+    for (const auto& [name, k] : result)
+      if (std::none_of(drives.begin(), drives.end(),
+                       [&name = name](const auto& drive) { return drive.name == name; }))
+        fail(fmt::format("names '{}', which is no drive", name));
+  } else if (const auto* one = std::get_if<double>(&given)) {
+    for (const vjm::DescribedJoint& drive : drives) {
+      if (vjm::turns(drive) != vjm::turns(drives.front()))
+        fail("is one number for drives that turn and drives that slide: give a dict by name");
+      result[drive.name] = *one;
+    }
+  } else if (const auto* all = std::get_if<std::vector<double>>(&given)) {
+    if (all->size() != drives.size())
+      fail(
+          fmt::format("has {} values for {} drives: give one for all, one for each from base to "
+                      "tip, or a dict by name",
+                      all->size(), drives.size()));
+    for (std::size_t d = 0; d < drives.size(); ++d) result[drives[d].name] = (*all)[d];
+  }
+  for (const auto& [name, k] : result)
+    if (!(k > 0)) fail(fmt::format("of {} is not positive: {}", name, k));
+  return result;
+}
+
+RobotValue from_urdf(const Path& file, const GivenStiffness& stiffness, const std::string& base,
+                     const std::string& tip) {
   const vjm::RobotDescription model = vjm::read_robot_description(file);
   const vjm::DescribedChain chain = vjm::find_chain(model, base, tip);
-  const std::vector<vjm::DescribedJoint> joints = vjm::import_robot(model, chain).drives;
-  const std::size_t drives = joints.size();
-  const auto* each = std::get_if<std::vector<double>>(&stiffness);
-  const std::vector<double> all =
-      each != nullptr ? *each : std::vector<double>(drives, std::get<double>(stiffness));
-  if (all.size() != drives)
-    throw py::value_error(
-        fmt::format("joint_stiffness has {} values for {} drives: give one for "
-                    "all, or one for each from base to tip",
-                    all.size(), drives));
-  for (const double k : all)
-    if (!(k > 0)) throw py::value_error(fmt::format("a joint stiffness of {} is not positive", k));
+  const std::vector<vjm::DescribedJoint> drives = vjm::import_robot(model, chain).drives;
   vjm::ImportOptions options;
-  for (std::size_t d = 0; d < drives; ++d) options.stiffness[joints[d].name] = all[d];
+  options.stiffness = stiffness_by_name(drives, stiffness);
+  for (const vjm::DescribedJoint& drive : drives)
+    if (!drive.stiffness && !options.stiffness.contains(drive.name))
+      throw py::value_error(
+          fmt::format("joint_stiffness says nothing of drive '{}', of which {} has no spring",
+                      drive.name, file.string()));
   const std::string text = vjm::import_robot(model, chain, options).text;
   return {vjm::parse_robot(text, file), text};
 }
@@ -85,6 +114,17 @@ RobotValue written(const RobotValue& value, const Path& file) {
 
 RobotValue parsed(const std::string& text, const Path& file, const vjm::EffectKinds& kinds) {
   return {vjm::parse_robot(text, file, {.kinds = kinds}), text, kinds};
+}
+
+// The bytes of the file and where it stands: of what is in Python alone there are none.
+py::tuple pickled(const RobotValue& value) {
+  if (!value.kinds.empty())
+    throw py::type_error("a robot with effects of your own cannot be pickled");
+  return py::make_tuple(value.robot.file.string(), value.text);
+}
+
+RobotValue unpickled(const py::tuple& state) {
+  return parsed(state[1].cast<std::string>(), state[0].cast<std::string>(), {});
 }
 
 // Copies, for a list of them holds what cannot be changed.
@@ -230,8 +270,10 @@ void add_robots(py::module_& module) {
             return parsed(text, file, all(kinds));
           },
           py::arg("text"), py::arg("file"), py::arg("kinds") = Kinds())
-      .def_static("from_urdf", &from_urdf, py::arg("file"), py::arg("joint_stiffness"),
-                  py::arg("base") = "", py::arg("tip") = "")
+      .def_static("from_urdf", &from_urdf, py::arg("file"),
+                  py::arg("joint_stiffness") = GivenStiffness(), py::arg("base") = "",
+                  py::arg("tip") = "")
+      .def(py::pickle(&pickled, &unpickled))
       .def("write", &written, py::arg("file"))
       .def_property_readonly("name", [](const RobotValue& v) { return v.robot.name; })
       .def_property_readonly("file", [](const RobotValue& v) { return v.robot.file.string(); })

@@ -5,9 +5,11 @@ import ast
 import base64
 import hashlib
 import inspect
+import copy
 import json
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -117,9 +119,31 @@ class Robots(unittest.TestCase):
         np.testing.assert_allclose(robot.compliance().array, 2 * twice.compliance().array, rtol=1e-9, atol=1e-18)
         written = robot.write(self.path("new.yaml"))
         np.testing.assert_array_equal(written.compliance().array, robot.compliance().array)
-        for wrong in (-1.0, [1e5] * 5):
+        by_name = {f"joint_{i + 1}": 5e4 for i in range(6)}
+        named = ks.Robot.from_urdf(source("data/urdf/six_axis.urdf"), by_name, tip="flange")
+        np.testing.assert_array_equal(named.compliance().array, robot.compliance().array)
+        for wrong in (-1.0, [1e5] * 5, {"joint_1": 1e5}, by_name | {"joint_9": 1e5}, None):
             with self.assertRaises(ValueError):
                 ks.Robot.from_urdf(source("data/urdf/six_axis.urdf"), wrong, tip="flange")
+
+    def test_a_urdf_that_slides_and_turns_has_no_stiffness_of_one_number(self):
+        pathlib.Path(self.path("crane.urdf")).write_text(
+            '<robot name="crane"><link name="base"/><link name="jib"/><link name="trolley"/>'
+            '<joint name="swing" type="continuous"><parent link="base"/><child link="jib"/><axis xyz="0 0 1"/></joint>'
+            '<joint name="run" type="prismatic"><parent link="jib"/><child link="trolley"/><axis xyz="1 0 0"/>'
+            '<limit lower="0" upper="1" effort="9" velocity="1"/></joint>'
+            '<gazebo reference="swing"><springStiffness>12345</springStiffness></gazebo></robot>')
+        with self.assertRaisesRegex(ValueError, "dict by name"):
+            ks.Robot.from_urdf(self.path("crane.urdf"), 5e4)
+        robot = ks.Robot.from_urdf(self.path("crane.urdf"), {"run": 2e6})  # the other is in the file
+        self.assertIn("12345", robot.text)
+
+    def test_a_robot_can_be_sent_to_another_process(self):
+        robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
+        for copy_of in (lambda r: pickle.loads(pickle.dumps(r)), copy.deepcopy):
+            other = copy_of(robot)
+            self.assertEqual((other.name, other.file, other.text), (robot.name, robot.file, robot.text))
+            np.testing.assert_array_equal(other.compliance().array, robot.compliance().array)
 
     def test_a_link_has_the_numbers_of_its_file(self):
         file = source("data/links/foot.link.json")
