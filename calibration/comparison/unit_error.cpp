@@ -1,5 +1,6 @@
 #include "kinetostat/calibration/comparison/unit_error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -21,9 +22,11 @@ constexpr int fewest = 4;             // values beyond the means
 struct Sums {
   int count = 0;
   double m = 0, p = 0, mm = 0, mp = 0, pp = 0;
+  double noise = 0;  // variance that readings have beside what moves the robot
 
-  void add(double measured, double predicted) {
+  void add(double measured, double predicted, double deviation) {
     ++count;
+    noise += deviation * deviation;
     m += measured;
     p += predicted;
     mm += measured * measured;
@@ -35,6 +38,17 @@ struct Sums {
     mm += group.mm - group.m * group.m / group.count;
     mp += group.mp - group.m * group.p / group.count;
     pp += group.pp - group.p * group.p / group.count;
+    noise += group.noise;
+  }
+  double correlation() const { return mp / std::sqrt(mm * pp); }
+  // Of what noise leaves of the readings, where there is no doubt that something is left.
+  bool follow() const {
+    constexpr double no_doubt = 5;  // standard deviations from no correlation
+    const double plain = std::abs(correlation());
+    if (plain >= same_pattern) return true;
+    const double most_noise = 0.75 * mm;
+    return plain * std::sqrt(count) > no_doubt &&
+           plain >= same_pattern * std::sqrt(1 - std::min(noise, most_noise) / mm);
   }
 };
 
@@ -46,8 +60,9 @@ Sums sums_of(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predi
         (rotations ? spatial::dimension::angle : spatial::dimension::length))
       continue;
     const Reading& reading = campaign.readings[value.reading];
-    groups[{reading.session, value.component}].add(reading.displacement[value.component],
-                                                   predicted[value.reading][value.component]);
+    groups[{reading.session, value.component}].add(
+        reading.displacement[value.component], predicted[value.reading][value.component],
+        campaign.noise_stated ? reading.sigma[value.component] : 0);
   }
   Sums all;
   for (const auto& [key, group] : groups) all.add(group);
@@ -131,9 +146,8 @@ std::string unit_error(const Campaign& campaign, const std::vector<Eigen::Vector
   for (const bool rotations : {false, true}) {
     const Sums sums = sums_of(campaign, predicted, rotations);
     if (sums.count < fewest || !(sums.mm > 0 && sums.pp > 0)) continue;
-    const double correlation = sums.mp / std::sqrt(sums.mm * sums.pp);
-    const double factor = sums.mp / sums.pp;
-    if (std::abs(correlation) < same_pattern) continue;
+    if (!sums.follow()) continue;
+    const double correlation = sums.correlation(), factor = sums.mp / sums.pp;
     const char* what = rotations ? "rotations" : "translations";
     if (factor < 0)
       return fmt::format(

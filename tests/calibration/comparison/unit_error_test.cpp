@@ -88,6 +88,16 @@ TEST(UnitError, IsSeenByItsFactorAndSign) {
   EXPECT_THAT(Scaled(100, {0, 1, 2}).slip(), testing::Not(HasSubstr("as of")));
 }
 
+// What is read too small drowns in noise, of which it is known how much there is.
+TEST(UnitError, IsSeenThroughTheNoise) {
+  Scaled drowned(1 / 25.4, {0, 1, 2}, 0.65);
+  EXPECT_THAT(drowned.slip(), IsEmpty());
+  drowned.campaign.noise_stated = true;
+  for (Reading& reading : drowned.campaign.readings)
+    reading.sigma = Vector6::Constant(0.65e-4 / 25.4);
+  EXPECT_THAT(drowned.slip(), HasSubstr("as of inch taken for mm"));
+}
+
 TEST(UnitError, IsNoWrongStiffnessAndNoNoise) {
   EXPECT_THAT(Scaled(1, {0, 1, 2, 3, 4, 5}).slip(), IsEmpty());
   EXPECT_THAT(Scaled(5, {0, 1, 2}).slip(), IsEmpty());
