@@ -364,8 +364,8 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
       return fmt::format("Something is missing that the catalogue does not hold{}.",
                          factor.empty() ? "" : ": the error depends on " + factor);
     }
-    case Verdict::none_needed:
-      return nothing_in_words(robot, d);
+    case Verdict::none_needed:  // with stiffnesses that make up for wrong units
+      return d.unit_error.empty() ? nothing_in_words(robot, d) : d.unit_error;
     default:
       return d.noise == calibration::NoiseSource::unknown
                  ? "Inconclusive: it is not known how exact the readings are."

@@ -3,11 +3,13 @@
 #include <cmath>
 #include <random>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/report/comparison.h"
+#include "kinetostat/report/screen/diagnosis.h"
 #include "kinetostat/spatial/rotation.h"
 
 #include "calibration/laboratory.h"
@@ -120,6 +122,28 @@ TEST(UnitError, IsTheFirstFinding) {
               HasSubstr("wrenches in kN for N"));
   const Diagnosis d = laboratory.diagnose(campaign, {"friction"});
   EXPECT_THAT(report::text(laboratory.robot(), campaign, d), HasSubstr("wrenches in kN for N"));
+}
+
+// A spring that is 25 times as stiff makes up for it: nothing else is missing, and still it is
+// that.
+TEST(UnitError, HeadsADiagnosisThatFindsNothingElse) {
+  test::Laboratory laboratory(
+      "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n"
+      "  cell:\n    - actuator: {name: q, axis: Tz, stiffness: 1000}\n"
+      "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n");
+  laboratory.options().components = {false, false, true, false, false, false};
+  laboratory.options().translation_noise = 2e-6;
+  std::string plan = "id,cycle,step,fz\n";
+  for (int r = 0; r < 36; ++r)
+    plan += fmt::format("r{},c{},{},{}\n", r, r / 6, r % 6, (r * 37 % 11 - 5) * 120);
+  Campaign campaign = laboratory.measure(plan);
+  for (Reading& reading : campaign.readings) {
+    reading.displacement /= 25.4;
+    reading.sigma /= 25.4;
+  }
+  const Diagnosis d = laboratory.diagnose(campaign, {});
+  EXPECT_EQ(d.verdict, Verdict::none_needed);
+  EXPECT_THAT(report::headline(laboratory.robot(), campaign, d), HasSubstr("inch taken for mm"));
 }
 
 }  // namespace
