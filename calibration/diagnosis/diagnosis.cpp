@@ -318,16 +318,20 @@ bool is_geometry_in_part(const Diagnosis& d) {
          });
 }
 
-// What is left comes and goes with time or temperature: errors of geometry stay as they are.
-bool leaves_what_varies(const Diagnosis& d) {
-  return d.left.log > 0 &&
-         (d.left.over == SmoothOver::time || d.left.over == SmoothOver::temperature);
+// What is missing, or left, comes and goes with time or temperature: errors of geometry stay as
+// they are.
+bool varies_with_conditions(const Diagnosis& d) {
+  const auto varies = [](const FreeFormEvidence& error) {
+    return error.over == SmoothOver::time || error.over == SmoothOver::temperature;
+  };
+  return (d.above_free_form < beaten_by_free_form && varies(d.free_form)) ||
+         (d.left.log > 0 && varies(d.left));
 }
 
 // Poses of a robot that was never calibrated: its errors of geometry hide all others.
 void ask_for_kinematics(double share, Diagnosis& d) {
   constexpr double most_of_it = 0.5;
-  if (share < most_of_it || leaves_what_varies(d) ||
+  if (share < most_of_it || varies_with_conditions(d) ||
       (d.verdict != Verdict::unexplained && !is_geometry_in_part(d)))
     return;
   d.by_kinematics = share;

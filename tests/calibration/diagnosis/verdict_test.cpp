@@ -268,7 +268,7 @@ TEST(Verdict, ACandidateThatFitsAsWellStaysWhateverItsPrior) {
   ASSERT_EQ(d.found.size(), 1u);
   ASSERT_EQ(d.found[0].decision.answers.size(), 1u);
   const Answer& answer = d.found[0].decision.answers[0];
-  EXPECT_EQ(answer.effect_class, "geometry");
+  EXPECT_EQ(answer.effect_class, "geometry, or a preloaded spring");
   EXPECT_THAT(answer.places, testing::Contains("arm.q2"));
   for (const char* law : {"preload", "geometric_error"})
     EXPECT_TRUE(std::any_of(answer.laws.begin(), answer.laws.end(), [&](const LawShare& share) {
