@@ -575,8 +575,9 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
     if (signatures.all.empty()) signatures.failure = "there are no readings that it could be of";
     return signatures;
   }
-  signatures.failure = "each of its orders is in the model already";
-  for (const Candidate& design : designs_beside(candidate, beside.present())) {
+  const std::vector<Candidate> designs = designs_beside(candidate, beside.present());
+  if (designs.empty()) signatures.failure = "each of its orders is in the model already";
+  for (const Candidate& design : designs) {
     std::vector<Candidate> added = beside.present();
     added.push_back(design);
     add_signatures(predictor_.with_effects(effects_with(robot_, added), 1), design, added, beside,
