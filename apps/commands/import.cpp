@@ -81,7 +81,7 @@ void require_one_sort(const std::vector<DescribedJoint>& drives, const std::stri
 std::string one_number_for_both(const std::vector<DescribedJoint>& drives,
                                 const std::string& text) {
   const auto sorts = both_sorts(drives);
-  if (!sorts || text.find_first_of("=,") != std::string::npos) return {};
+  if (!sorts || text.empty() || text.find_first_of("=,") != std::string::npos) return {};
   return fmt::format(
       "--joint-stiffness {} is taken as so many N m/rad for '{}', which turns, and as so many N/m "
       "for '{}', which slides, of which few are so soft. Give '{}=...,{}=...' for each its own.",

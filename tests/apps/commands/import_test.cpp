@@ -105,6 +105,7 @@ TEST(ImportCommand, GuessesNoStiffnessThatIsKnownOrOfAnotherSort) {
   const std::string text = io::read_text(working_folder() / "crane.yaml");
   EXPECT_THAT(text, ContainsRegex("name: swing, .*stiffness: 12345 N m/rad"));
   EXPECT_THAT(text, ContainsRegex("name: run, .*stiffness: 3000000 N/m"));
+  EXPECT_THAT(guessed.err, Not(HasSubstr("slides")));
   const Outcome refused = kinetostat(import + "--joint-stiffness '5e4 N m/rad'");
   EXPECT_EQ(refused.code, 2);
   EXPECT_THAT(refused.err, HasSubstr("'swing', which turns, and of 'run', which slides"));
