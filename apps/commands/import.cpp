@@ -179,11 +179,7 @@ vjm::ImportOptions stiffnesses(const ImportRequest& request,
         "under it. An estimate: replace it by what the data sheet says.",
         request.wind_up));
   }
-  if (!request.stiffness.empty()) {
-    read_stiffness(drives, request.stiffness, options.stiffness);
-    if (std::string doubt = one_number_for_both(drives, request.stiffness); !doubt.empty())
-      options.notes.push_back(std::move(doubt));
-  }
+  if (!request.stiffness.empty()) read_stiffness(drives, request.stiffness, options.stiffness);
   return options;
 }
 
@@ -205,8 +201,10 @@ io::Json import(const ImportRequest& request, Run& run) {
   vjm::ImportedRobot robot = vjm::import_robot(model, chain);
   vjm::ImportOptions options = stiffnesses(request, robot.drives);
   if (const std::string doubt = one_number_for_both(robot.drives, request.stiffness);
-      !doubt.empty())
+      !doubt.empty()) {
     run.remark(doubt);
+    options.notes.push_back(doubt);
+  }
   MeshLinks links;
   if (request.identify) {
     links = identify_bodies(model, robot.bodies,
