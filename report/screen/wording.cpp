@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -196,8 +197,28 @@ std::string minutes(double minutes) {
   return minutes < 10 ? fmt::format("{:.3g} min", minutes) : fmt::format("{:.0f} min", minutes);
 }
 
+namespace {
+
+// "tilt at base.Rx", by which a mount yields: "tilt Rx at the base".
+std::optional<std::string> mount_in_words(const vjm::Manipulator& manipulator,
+                                          const std::string& at) {
+  const auto [chain, element] = parts_of(manipulator, at);
+  for (const std::string place : {"base", "end"}) {
+    const std::size_t found = element.find(" at " + place + ".");
+    if (found == std::string::npos) continue;
+    const bool is_shared = chain == "foundation" || chain == "tool";
+    const std::string where = is_shared ? chain : chain.empty() ? place : chain + "." + place;
+    return fmt::format("{} {} at {}", element.substr(0, found),
+                       element.substr(element.rfind('.') + 1), place_in_words(manipulator, where));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::string place_in_words(const vjm::Manipulator& manipulator, const std::string& at) {
   if (is_no_element(at)) return at;
+  if (const auto mount = mount_in_words(manipulator, at)) return *mount;
   for (const vjm::ElasticBody& body : manipulator.elastic_bodies())
     if (body.name == at) return "elastic body " + at;
   const auto [chain, element] = parts_of(manipulator, at);
@@ -207,6 +228,8 @@ std::string place_in_words(const vjm::Manipulator& manipulator, const std::strin
            : chain.empty() ? "the " + element + " of every chain"
                            : "the " + element + " of chain " + chain;
   const Place place = place_of(manipulator, element);
+  if (place.chains == 0 && at == "foundation") return "the foundation of all chains";
+  if (place.chains == 0 && at == "tool") return "the tool on the platform";
   const std::string word = place.is_joint ? "joint " : "link ";
   if (place.chains <= 1) return word + element;
   return chain.empty() ? word + element + " of every chain" : word + chain + "." + element;

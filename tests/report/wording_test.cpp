@@ -99,6 +99,10 @@ TEST(Wording, PlacesAreNamedAsPeopleCallThem) {
   const vjm::Manipulator two("two", {x.build(), y.build()});
   EXPECT_EQ(place_in_words(two, "x.rho"), "joint x.rho");
   EXPECT_EQ(place_in_words(two, "rho"), "joint rho of every chain");
+  EXPECT_EQ(place_in_words(two, "x.tilt at base.Rx"), "tilt Rx at the base of chain x");
+  EXPECT_EQ(place_in_words(two, "foundation"), "the foundation of all chains");
+  const vjm::Manipulator held("held", {x.build(), vjm::ChainBuilder("tool").build()});
+  EXPECT_EQ(place_in_words(held, "tool.mount at base.Tz"), "mount Tz at the tool on the platform");
   EXPECT_EQ(short_name(two, "x.rho"), "x.rho");
   EXPECT_EQ(short_name(one, "arm.q1"), "q1");
 }

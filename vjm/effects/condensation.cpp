@@ -179,7 +179,7 @@ class EffectModel::Condenser {
   EquilibriumDerivatives equations_;
 };
 
-std::optional<CondensedState> EffectModel::condensed(const Posture& posture, const Load& stated,
+std::optional<CondensedState> EffectModel::condensed(const Posture& of_bare, const Load& stated,
                                                      const Conditions& given,
                                                      const std::vector<JointPlace>& joints,
                                                      const SystemState* near) const {
@@ -189,6 +189,8 @@ std::optional<CondensedState> EffectModel::condensed(const Posture& posture, con
   const Manipulator& manipulator = varied ? *varied : fixed_;
   const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
   const Load load = errors.actual(stated);
+  const std::optional<Posture> mounted = this->mounted(of_bare);
+  const Posture& posture = mounted ? *mounted : of_bare;
   FoundState found =
       state_under_load(EquilibriumSystem(manipulator, posture), load, options_, near);
   if (found.status != EquilibriumStatus::converged) return std::nullopt;

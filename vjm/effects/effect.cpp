@@ -173,6 +173,19 @@ std::optional<std::size_t> chain_to_platform(const Manipulator& manipulator) {
   return any;
 }
 
+// The place of a kind that is there once for several chains, if any.
+struct SharedPlace {
+  std::string name;
+  EffectSite site;
+};
+std::optional<SharedPlace> shared_place(EffectPlace place, const Manipulator& manipulator) {
+  if (place == EffectPlace::base && may_have_foundation(manipulator))
+    return SharedPlace{"foundation", {SharedMounts::foundation, "base"}};
+  if (place == EffectPlace::end && may_have_tool(manipulator))
+    return SharedPlace{"tool", {SharedMounts::tool, "base"}};
+  return std::nullopt;
+}
+
 bool is_of_robot(EffectPlace place) {
   return place == EffectPlace::platform || place == EffectPlace::load ||
          place == EffectPlace::sensor;
@@ -197,6 +210,7 @@ std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator
       add(element);
     }
   }
+  if (const auto shared = shared_place(kind.place, manipulator)) add(shared->name);
   return names;
 }
 
@@ -209,8 +223,10 @@ std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& 
     for (const std::string& element : elements_of(kind.place, chain))
       if (name == element || name == chain.name() + "." + element) sites.push_back({c, element});
   }
-  const std::vector<std::string> known = effect_places(kind, manipulator);
   if (!sites.empty()) return sites;
+  const auto shared = shared_place(kind.place, manipulator);
+  if (shared && shared->name == name) return {shared->site};
+  const std::vector<std::string> known = effect_places(kind, manipulator);
   if (is_of_robot(kind.place) && std::find(known.begin(), known.end(), name) != known.end()) {
     if (kind.place != EffectPlace::platform) return {};
     return {{*chain_to_platform(manipulator), {}}};
@@ -366,9 +382,32 @@ void put_on(std::size_t chain, const std::vector<Effect>& effects, const Conditi
   }
 }
 
+SharedMounts mounts_of(const std::vector<Effect>& effects) {
+  SharedMounts mounts;
+  for (const Effect& effect : effects)
+    for (const EffectSite& site : effect.sites) {
+      mounts.has_foundation |= site.chain == SharedMounts::foundation;
+      mounts.has_tool |= site.chain == SharedMounts::tool;
+    }
+  return mounts;
+}
+
+std::vector<Effect> on_mounts(const SharedMounts& mounts, const Manipulator& without,
+                              std::vector<Effect> effects) {
+  for (Effect& effect : effects)
+    for (EffectSite& site : effect.sites) {
+      const bool is_on_tool = mounts.has_tool && effect.kind->place == EffectPlace::platform;
+      site.chain = mounts.chain(is_on_tool ? SharedMounts::tool : site.chain, without);
+    }
+  return effects;
+}
+
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
                          const Conditions& conditions, const Histories& histories) {
   if (effects.empty()) return manipulator;
+  if (const SharedMounts mounts = mounts_of(effects); mounts.any())
+    return with_effects(mounts.on(manipulator), on_mounts(mounts, manipulator, effects), conditions,
+                        histories);
   std::vector<Chain> chains;
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     chains.push_back(manipulator.chains()[c]);

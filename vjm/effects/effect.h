@@ -11,6 +11,7 @@
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/effects/conditions.h"
 #include "kinetostat/vjm/effects/reading_errors.h"
+#include "kinetostat/vjm/manipulator/shared_mounts.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 
 namespace kinetostat::vjm {
@@ -305,8 +306,8 @@ std::shared_ptr<const EffectKind> effect_kind(const std::string& name,
 
 /// Where an effect acts.
 struct EffectSite {
-  std::size_t chain = 0;
-  std::string element;  // empty for the platform
+  std::size_t chain = 0;  // or one of what several chains share (SharedMounts)
+  std::string element;    // empty for the platform
 };
 
 /// An effect with its values [SI] in the order of the kind's parameters; at several sites the same
@@ -330,7 +331,8 @@ using Histories = std::vector<Eigen::VectorXd>;
 Histories no_history(const std::vector<Effect>& effects);
 
 /// The sites of a kind of effect in a manipulator that a name stands for: "x.rho" one, "rho" that
-/// of every chain; "platform", "load", "sensor". Throws std::invalid_argument with did-you-mean.
+/// of every chain; "foundation" and "tool", which chains share; "platform", "load", "sensor".
+/// Throws std::invalid_argument with did-you-mean.
 std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& manipulator,
                                      const std::string& name);
 /// The names that effect_sites knows.
@@ -346,9 +348,16 @@ double prior_deviation(const Effect& effect, Eigen::Index value, const Manipulat
 /// Whether the unit of an effect's parameters there is that of a joint that turns.
 bool turns(const Effect& effect, const Manipulator& manipulator);
 
+/// What several chains share, as far as effects act there.
+SharedMounts mounts_of(const std::vector<Effect>& effects);
+/// With sites on the chains of a manipulator that has these mounts.
+std::vector<Effect> on_mounts(const SharedMounts& mounts, const Manipulator& without,
+                              std::vector<Effect> effects);
+
 /// The manipulator with the effects in its equations of equilibrium, the same in whatever order
-/// they are given. Its postures are those of the manipulator without them. Throws
-/// std::invalid_argument when one cannot act where it is put.
+/// they are given. Its postures are those of the manipulator without them, or, where effects act
+/// on what chains share, those of SharedMounts. Throws std::invalid_argument when one cannot act
+/// where it is put.
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
                          const Conditions& conditions, const Histories& histories);
 /// Under neutral conditions, without history.

@@ -70,9 +70,10 @@ std::vector<ChainColumns> columns_of(const Effect& effect, const std::vector<Cha
 EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
                          const EquilibriumOptions& options)
     : bare_(std::move(bare)),
-      effects_(std::move(effects)),
+      mounts_(mounts_of(effects)),
+      effects_(on_mounts(mounts_, bare_, std::move(effects))),
       options_(options),
-      fixed_(with_effects(bare_, fixed_ones(effects_))),
+      fixed_(with_effects(mounts_.on(bare_), fixed_ones(effects_))),
       number_(next_number()) {
   std::set<std::size_t> with_history;
   for (std::size_t e = 0; e < effects_.size(); ++e) {
@@ -88,6 +89,12 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
     varying_effects_.push_back(effects_[e]);
   }
   chains_asked_.assign(with_history.begin(), with_history.end());
+}
+
+// Where chains share something that yields.
+std::optional<Posture> EffectModel::mounted(const Posture& posture) const {
+  if (!mounts_.any()) return std::nullopt;
+  return mounts_.on(posture, fixed_);
 }
 
 void EffectModel::watch(Watch watch) {
@@ -132,7 +139,8 @@ Response EffectModel::relaxed(const Posture& posture, std::size_t parameters) co
   const auto columns = static_cast<Index>(parameters);
   response.observed = posture.platform;
   response.derivatives.setZero(6, columns);
-  if (!watch_.is_empty()) response.watched = watched_at_rest(watch_, fixed_, posture, columns);
+  if (!watch_.is_empty())
+    response.watched = watched_at_rest(watch_, fixed_, mounted(posture).value_or(posture), columns);
   return response;
 }
 
@@ -182,7 +190,7 @@ Histories EffectModel::of_varying(const Histories& all) const {
   return histories;
 }
 
-Response EffectModel::respond(const Posture& posture, const Load& stated, const Conditions& given,
+Response EffectModel::respond(const Posture& of_bare, const Load& stated, const Conditions& given,
                               const Response& before, const std::vector<ModelParameter>& parameters,
                               bool with_derivatives, const SystemState* near,
                               bool with_compliance) const {
@@ -200,7 +208,8 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   const Manipulator& manipulator = varied ? *varied : fixed_;
   const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
   const Load load = errors.actual(stated);
-  const EquilibriumSystem system(manipulator, posture);
+  const std::optional<Posture> mounted = this->mounted(of_bare);
+  const EquilibriumSystem system(manipulator, mounted ? *mounted : of_bare);
   NewtonEquations left;
   FoundState found = state_under_load(system, load, options_, near, &left);
   if (found.status != EquilibriumStatus::converged) {

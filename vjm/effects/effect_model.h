@@ -46,6 +46,7 @@ class EffectModel {
   /// The bare manipulator of a model that watches is that of with_watched().
   void watch(Watch watch);
   const Manipulator& bare() const { return bare_; }
+  /// With sites on its own chains (on_mounts).
   const std::vector<Effect>& effects() const { return effects_; }
   /// Some effect depends on the conditions of a reading, or on the readings before it.
   bool varies() const { return varies_; }
@@ -113,8 +114,11 @@ class EffectModel {
                      Response& response) const;
   void advance(const Case& at, const Response& before, Response& response) const;
 
+  std::optional<Posture> mounted(const Posture& posture) const;
+
   Manipulator bare_;
-  std::vector<Effect> effects_;
+  SharedMounts mounts_;
+  std::vector<Effect> effects_;  // on the chains of `fixed_`
   EquilibriumOptions options_;
   Manipulator fixed_;     // with the effects that are the same for all readings
   std::uint64_t number_;  // another for each model; copies are the same

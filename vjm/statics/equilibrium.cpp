@@ -151,7 +151,9 @@ FoundState follow_through_gaps(const EquilibriumSystem& exact, const Task& task,
 // A state of a similar manipulator as one of this: springs that effects have appended to a chain
 // stand at 0. nullopt: they are not that similar.
 std::optional<SystemState> taken_over(const SystemState* near, const Manipulator& manipulator) {
-  if (near == nullptr || near->coordinates.size() != manipulator.size()) return std::nullopt;
+  if (near == nullptr || near->coordinates.size() != manipulator.size() ||
+      near->bodies.size() != manipulator.body_count())
+    return std::nullopt;
   SystemState state = *near;
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     const Eigen::Index size = manipulator.chains()[c].size();

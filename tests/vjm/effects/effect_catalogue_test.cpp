@@ -143,9 +143,24 @@ Bench turned_arm() {
   return bench;
 }
 
+// What several chains share.
+Bench shared_mounts() {
+  Bench bench = test::parallel_bench();
+  const auto make = [&bench](const char* kind, const char* at, std::vector<double> values) {
+    return test::effect(bench.manipulator, kind, at, std::move(values));
+  };
+  bench.effects = {make("base_compliance", "foundation", {1e-8, 3e-7}),
+                   make("base_tilt", "foundation", {3e-7, 1e-7, 2e-7}),
+                   make("platform_compliance", "tool", {2e-8, 1e-6}),
+                   make("platform_compliance", "end", {2e-8, 1e-6}),
+                   make("clearance", "z.rho", {2e-6}),
+                   make("friction", "x.rho", {40, 3e-7, 0})};
+  return bench;
+}
+
 const Bench& bench_number(int number) {
   static const Bench benches[] = {test::parallel_bench(), test::arm_bench(), other_places(),
-                                  turned_arm()};
+                                  turned_arm(), shared_mounts()};
   return benches[number];
 }
 
@@ -158,14 +173,15 @@ class EveryEffect : public testing::TestWithParam<std::pair<int, std::size_t>> {
 // But for what an instrument does to one reading after another: instrument_lag_test.cpp.
 std::vector<std::pair<int, std::size_t>> every_effect() {
   std::vector<std::pair<int, std::size_t>> all;
-  for (const int bench : {0, 1, 2, 3})
+  for (const int bench : {0, 1, 2, 3, 4})
     for (std::size_t e = 0; e < bench_number(bench).effects.size(); ++e)
       if (!bench_number(bench).effects[e].kind->acts_on_numbers()) all.emplace_back(bench, e);
   return all;
 }
 
 std::string name_of(const testing::TestParamInfo<std::pair<int, std::size_t>>& info) {
-  static constexpr const char* names[] = {"_parallel_", "_arm_", "_elsewhere_", "_turned_"};
+  static constexpr const char* names[] = {"_parallel_", "_arm_", "_elsewhere_", "_turned_",
+                                          "_shared_"};
   return bench_number(info.param.first).effects[info.param.second].kind->name +
          names[info.param.first] + std::to_string(info.param.second);
 }
@@ -265,7 +281,7 @@ TEST_P(EveryEffect, ComposesWithEveryOtherInEitherOrder) {
 
 // All together, with the springs they act on: what one carries along the path moves the others.
 TEST(Effects, AllTogetherHaveExactDerivatives) {
-  for (const Bench& bench : {test::parallel_bench(), test::arm_bench()})
+  for (const Bench& bench : {test::parallel_bench(), test::arm_bench(), shared_mounts()})
     expect_exact(bench, bench.effects, 1, 4);
 }
 

@@ -18,34 +18,36 @@ struct Yield {
 class MountCompliance : public EffectKind {
  public:
   // `label`: of its coordinates, whose names are those of no other effect there.
-  MountCompliance(std::string label, std::string element, std::vector<Yield> yields)
-      : label_(std::move(label)), element_(std::move(element)), yields_(std::move(yields)) {}
+  MountCompliance(std::string label, std::vector<Yield> yields)
+      : label_(std::move(label)), yields_(std::move(yields)) {}
 
-  void act(ChainModifier& modifier, const std::string&, const EffectInput& input) const override {
+  void act(ChainModifier& modifier, const std::string& element,
+           const EffectInput& input) const override {
     for (const auto& [motion, value] : yields_)
-      modifier.add_compliance_behind(element_, coordinate_name(motion), motion,
+      modifier.add_compliance_behind(element, coordinate_name(element, motion), motion,
                                      input.values[value]);
   }
 
-  void differentiate(ChainColumns& columns, const std::string&, const EffectInput&) const override {
+  void differentiate(ChainColumns& columns, const std::string& element,
+                     const EffectInput&) const override {
     for (const auto& [motion, value] : yields_)
-      columns.add_compliance_behind(value, element_, coordinate_name(motion), motion, 1);
+      columns.add_compliance_behind(value, element, coordinate_name(element, motion), motion, 1);
   }
 
  private:
-  std::string coordinate_name(Motion motion) const {
-    return label_ + " at " + element_ + "." + to_string(motion);
+  std::string coordinate_name(const std::string& element, Motion motion) const {
+    return label_ + " at " + element + "." + to_string(motion);
   }
 
-  std::string label_, element_;
+  std::string label_;
   std::vector<Yield> yields_;
 };
 
 // The same in all directions.
-std::shared_ptr<MountCompliance> isotropic(const std::string& element) {
+std::shared_ptr<MountCompliance> isotropic() {
   std::vector<Yield> yields;
   for (const Motion motion : all_motions) yields.push_back({motion, is_rotation(motion) ? 1 : 0});
-  auto kind = std::make_shared<MountCompliance>("mount", element, std::move(yields));
+  auto kind = std::make_shared<MountCompliance>("mount", std::move(yields));
   kind->parameters = {added_compliance("translation", compliance::linear),
                       added_compliance("rotation", compliance::angular)};
   return kind;
@@ -55,7 +57,7 @@ std::shared_ptr<MountCompliance> isotropic(const std::string& element) {
 }  // namespace mount_compliance_kind
 
 Kind base_compliance() {
-  auto kind = mount_compliance_kind::isotropic("base");
+  auto kind = mount_compliance_kind::isotropic();
   kind->name = "base_compliance";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "what a chain stands on yields, the same in all directions";
@@ -71,7 +73,7 @@ Kind base_compliance() {
 Kind base_tilt() {
   using namespace mount_compliance_kind;
   auto kind = std::make_shared<MountCompliance>(
-      "tilt", "base", std::vector<Yield>{{Motion::rx, 0}, {Motion::ry, 1}, {Motion::rz, 2}});
+      "tilt", std::vector<Yield>{{Motion::rx, 0}, {Motion::ry, 1}, {Motion::rz, 2}});
   for (const char* axis : {"x", "y", "z"})
     kind->parameters.push_back(added_compliance(axis, compliance::angular));
   kind->name = "base_tilt";
@@ -88,7 +90,7 @@ Kind base_tilt() {
 }
 
 Kind platform_compliance() {
-  auto kind = mount_compliance_kind::isotropic("end");
+  auto kind = mount_compliance_kind::isotropic();
   kind->name = "platform_compliance";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "flange, platform or tool yields where a chain ends, the same in all directions";
