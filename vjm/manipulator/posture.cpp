@@ -448,6 +448,58 @@ PostureResult posture_of_chains(const Manipulator& manipulator, const Pose& targ
   return result;
 }
 
+// Loops that are closed at home and whose drives go from there to their values in steps, so that
+// the assembly is the one of home. `to`: all coordinates, those of the drives as they shall be.
+PostureResult loops_followed(const Manipulator& manipulator, const std::vector<VectorXd>& to,
+                             const PostureOptions& options) {
+  const auto closed = [&](std::vector<VectorXd> start) {
+    return LoopCloser(manipulator, std::move(start), std::nullopt, nothing_held(manipulator),
+                      options)
+        .solve();
+  };
+  PostureResult at = closed(home_of(manipulator));
+  std::vector<WayToHeld> ways;
+  int steps = 1;
+  ChainKinematics kinematics;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    HeldCoordinates drives;
+    for (const Index k : chain.posture_coordinates())
+      if (chain.coordinates()[static_cast<std::size_t>(k)].role == Role::actuated)
+        drives.push_back({k, to[c][k]});
+    ways.emplace_back(chain, at.posture.coordinates[c], std::move(drives),
+                      search_length(chain, chain.home(), kinematics));
+    steps = std::max(steps, ways.back().steps());
+  }
+  for (int step = 1; step <= steps && at.reached; ++step) {
+    std::vector<VectorXd> coordinates = at.posture.coordinates;
+    for (std::size_t c = 0; c < manipulator.size(); ++c) ways[c].set(step, steps, coordinates[c]);
+    at = closed(std::move(coordinates));
+  }
+  return at;
+}
+
+// Whether some joint stands a quarter of a turn and more from where a search for it started.
+bool turns_far(const Manipulator& manipulator, const std::vector<VectorXd>& start,
+               const Posture& posture) {
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    for (const Index k : manipulator.chains()[c].posture_coordinates())
+      if (is_rotation(manipulator.chains()[c].coordinates()[static_cast<std::size_t>(k)].motion) &&
+          std::abs(posture.coordinates[c][k] - start[c][k]) > std::numbers::pi / 2)
+        return true;
+  return false;
+}
+
+// At once where that stays near the start; else on the way from home, if there is one.
+PostureResult loops_closed(const Manipulator& manipulator, const std::vector<VectorXd>& start,
+                           const PostureOptions& options) {
+  PostureResult at_once =
+      LoopCloser(manipulator, start, std::nullopt, nothing_held(manipulator), options).solve();
+  if (at_once.reached && !turns_far(manipulator, start, at_once.posture)) return at_once;
+  PostureResult followed = loops_followed(manipulator, start, options);
+  return followed.reached ? followed : at_once;
+}
+
 }  // namespace
 
 PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
@@ -479,10 +531,7 @@ PostureResult posture_from_joints(const Manipulator& manipulator,
     const JointPlace joint = find_joint(manipulator, name);
     start[joint.chain][joint.coordinate] = value;
   }
-  if (manipulator.size() > 1)
-    return LoopCloser(manipulator, std::move(start), std::nullopt, nothing_held(manipulator),
-                      options)
-        .solve();
+  if (manipulator.size() > 1) return loops_closed(manipulator, start, options);
   PostureResult result;
   ChainKinematics kinematics;
   evaluate(manipulator.chains()[0], start[0], kinematics);

@@ -27,10 +27,10 @@ PostureResult posture_holding(const Manipulator& manipulator, const spatial::Pos
 
 /// The posture for given actuated coordinates [m or rad] by "chain.joint" (or "joint" where the
 /// name is unique): forward kinematics of a serial chain; for parallel ones passive joints and
-/// platform are solved for together. Passive coordinates may be given too, as starting values (as
-/// exact values in a serial manipulator). Actuated joints that are not named keep their home
-/// values. Throws std::invalid_argument for an unknown name (with did-you-mean) or an ambiguous
-/// one.
+/// platform are solved for together, in the assembly that home leads to. Passive coordinates may be
+/// given too, as starting values (as exact values in a serial manipulator). Actuated joints that
+/// are not named keep their home values. Throws std::invalid_argument for an unknown name (with
+/// did-you-mean) or an ambiguous one.
 PostureResult posture_from_joints(const Manipulator& manipulator,
                                   const std::map<std::string, double>& coordinates,
                                   const PostureOptions& options = {});

@@ -1,6 +1,7 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -91,6 +92,40 @@ TEST(PostureFromJoints, ClosesTheLoopsOfAParallelRobot) {
   const PostureResult back = posture_from_joints(robot.manipulator, joints);
   ASSERT_TRUE(back.reached) << back.reason;
   EXPECT_LT((back.posture.platform.position() - point).norm(), 1e-9);
+}
+
+// Three cranks whose rods turn about parallel axes at both ends: the platform keeps its
+// orientation, wherever cranks are, and each rod its length.
+TEST(PostureFromJoints, KeepsTheAssemblyOfHome) {
+  const double deg = std::numbers::pi / 180;
+  std::vector<Chain> arms;
+  for (int i = 0; i < 3; ++i) {
+    ChainBuilder arm(std::string(1, static_cast<char>('a' + i)),
+                     Pose(spatial::exp_rotation({0, 0, 120 * i * deg}), Vector3::Zero()) *
+                         Pose::translation({0.2, 0, 0}));
+    arm.actuator("q", Motion::ry, 9000, 20 * deg).offset(Pose::translation({0.24, 0, 0}));
+    arm.passive("u1y", Motion::ry, 90 * deg).passive("u1z", Motion::rz);
+    arm.offset(Pose::translation({0.56, 0, 0}));
+    arm.passive("u2z", Motion::rz).passive("u2y", Motion::ry, -110 * deg);
+    arm.attach(Pose::translation({-0.13, 0, 0}) *
+               Pose(spatial::exp_rotation({0, 0, -120 * i * deg}), Vector3::Zero()));
+    arms.push_back(arm.build());
+  }
+  const Manipulator delta("delta", arms);
+  for (int n = 0; n < 64; ++n) {
+    const Vector3 q =
+        deg * Vector3(-10 + 20 * (n % 4), -10 + 20 * (n / 4 % 4), -10 + 20 * (n / 16));
+    const PostureResult found =
+        posture_from_joints(delta, {{"a.q", q[0]}, {"b.q", q[1]}, {"c.q", q[2]}});
+    ASSERT_TRUE(found.reached) << q.transpose() << ": " << found.reason;
+    EXPECT_LT((found.posture.platform.rotation() - spatial::Matrix3::Identity()).norm(), 1e-8);
+    for (int i = 0; i < 3; ++i) {
+      const spatial::Matrix3 side = spatial::exp_rotation({0, 0, 120 * i * deg});
+      const Vector3 elbow = side * Vector3(0.2 + 0.24 * std::cos(q[i]), 0, -0.24 * std::sin(q[i]));
+      const Vector3 tip = found.posture.platform.position() + side * Vector3(0.13, 0, 0);
+      EXPECT_NEAR((tip - elbow).norm(), 0.56, 1e-9);
+    }
+  }
 }
 
 TEST(PostureFromJoints, SaysWhenLoopsCannotBeClosed) {
