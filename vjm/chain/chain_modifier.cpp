@@ -77,16 +77,22 @@ void ChainModifier::add_series_compliance(const std::string& joint, double compl
       fmt::format("joint '{}' of chain '{}' has no spring", joint, chain_.name_));
 }
 
+// Zero: there are none.
+double ChainModifier::stiffest(bool turns) const {
+  double most = beside_[turns ? 1 : 0];
+  for (Index k = 0; k < chain_.size(); ++k)
+    if (is_rotation(chain_.coordinates_[static_cast<std::size_t>(k)].motion) == turns)
+      most = std::max(most, chain_.stiffness_(k, k));
+  return most;
+}
+
 void ChainModifier::add_compliance_behind(const std::string& element, const std::string& name,
                                           Motion motion, double compliance) {
   has_laws_alone_ = false;
   const Index joints = chain_.joints_to(element);
   if (chain_.has_coordinate(name)) return add_series_compliance(name, compliance);
-  double stiffest = 0;
-  for (Index k = 0; k < chain_.size(); ++k)
-    if (is_rotation(chain_.coordinates_[static_cast<std::size_t>(k)].motion) == is_rotation(motion))
-      stiffest = std::max(stiffest, chain_.stiffness_(k, k));
-  if (!(compliance > 0) || (stiffest > 0 && compliance * stiffest * rigid < 1)) return;
+  const double most = stiffest(is_rotation(motion));
+  if (!(compliance > 0) || (most > 0 && compliance * most * rigid < 1)) return;
   const Index k = chain_.add_coordinate({name, Role::elastic, motion, 0});
   chain_.add_spring(name, k, Spring::Matrix::Constant(1, 1, 1 / compliance));
   chain_.springs_.back().series = compliance;

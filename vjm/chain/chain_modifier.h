@@ -1,6 +1,7 @@
 // What effects change in a chain that is built.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -32,9 +33,11 @@ class ChainModifier {
   /// A spring of this compliance right behind an element, in its axes, named `name`; a second one
   /// of the name is in series with the first. Coordinates are appended, so that postures of the
   /// chain without it stay good. Where the compliance is lost in the rounding of the stiffest
-  /// spring nothing is inserted.
+  /// spring, of the chain or of those beside it, nothing is inserted.
   void add_compliance_behind(const std::string& element, const std::string& name, Motion motion,
                              double compliance);
+  /// The stiffest springs that slide [N/m] and that turn [N m/rad] in chains beside this one.
+  void stand_beside(double linear, double angular) { beside_ = {linear, angular}; }
   void add_displacement(const std::string& element, bool in_front,
                         const spatial::Vector6& displacement);
   void add_transmission_error(const TransmissionError& shift);
@@ -53,8 +56,11 @@ class ChainModifier {
   void move_place(const ChainDisplacement& place, const spatial::Pose& change);
   ChainDisplacement& displacement_at(const std::string& element, bool in_front);
 
+  double stiffest(bool turns) const;
+
   Chain chain_;
-  bool has_laws_alone_ = true;  // among the changes
+  std::array<double, 2> beside_ = {0, 0};  // linear, angular
+  bool has_laws_alone_ = true;             // among the changes
 };
 
 }  // namespace kinetostat::vjm

@@ -382,6 +382,25 @@ void put_on(std::size_t chain, const std::vector<Effect>& effects, const Conditi
   }
 }
 
+namespace {
+
+// What a mount, which has no springs of its own, is stiff beside: those of all chains; where none
+// of them slides, or turns, the others at a lever of 0.3 m.
+void stand_beside_all(const Manipulator& manipulator, ChainModifier& mount) {
+  constexpr double lever2 = 0.3 * 0.3;  // [m^2]
+  double linear = 0, angular = 0;
+  for (const Chain& chain : manipulator.chains())
+    for (Index k = 0; k < chain.size(); ++k) {
+      double& most =
+          is_rotation(chain.coordinates()[static_cast<std::size_t>(k)].motion) ? angular : linear;
+      most = std::max(most, chain.stiffness()(k, k));
+    }
+  mount.stand_beside(linear > 0 ? linear : angular / lever2,
+                     angular > 0 ? angular : linear * lever2);
+}
+
+}  // namespace
+
 SharedMounts mounts_of(const std::vector<Effect>& effects) {
   SharedMounts mounts;
   for (const Effect& effect : effects)
@@ -413,6 +432,7 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
     chains.push_back(manipulator.chains()[c]);
     if (!act_on(c, effects)) continue;
     ChainModifier modifier(std::move(chains.back()));
+    if (modifier.chain().size() == 0) stand_beside_all(manipulator, modifier);
     put_on(c, effects, conditions, histories, modifier);
     chains.back() = std::move(modifier).chain();
   }
