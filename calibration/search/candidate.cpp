@@ -135,7 +135,9 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
     if (!(deviation > 0) || !std::isfinite(deviation)) return std::nullopt;
     if (is_size(*kind, k) || parameter.required)
       candidate.effect.values[i] = within(parameter, parameter.none + deviation);
-    if (!parameter.is_of_differences || scales.differences)
+    const bool is_seen = (!parameter.is_of_differences || scales.differences) &&
+                         (!parameter.is_of_weight || !bare.gravity().isZero(0));
+    if (is_seen)
       candidate.designs *= std::max<std::size_t>(1, usual_values(candidate.effect, i, bare).size());
     else
       candidate.fixed.push_back(i);

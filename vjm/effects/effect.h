@@ -119,6 +119,8 @@ struct EffectParameter {
   std::vector<double> usual_linear = {}, usual_angular = {};
   /// Another value than `none` makes it another effect where poses are read, not differences.
   bool is_of_differences = false;
+  /// It says what becomes of the weight before a cycle.
+  bool is_of_weight = false;
   NamesReadings names_readings = NamesReadings::no;
 };
 

@@ -419,6 +419,26 @@ TEST(Verdict, FrictionIsNamedHoweverItsCyclesStart) {
   }
 }
 
+// The same of what creeps under its weight.
+TEST(Verdict, CreepIsNamedHoweverItsCyclesStart) {
+  for (const int settled : {0, 1}) {
+    Laboratory laboratory(
+        "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
+        "gravity: {direction: [0, 0, -1]}\n"
+        "links: {hook: {rigid: [0, 0, 10], mass: {mass: 40 kg, center: [0, 0, 0]}}}\n"
+        "chain_types:\n  cell:\n"
+        "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n    - link: hook\n"
+        "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n");
+    laboratory.hide("creep", "q", fmt::format("c=2e-7 m/N,tau=120 s,settled={}", settled));
+    const Diagnosis d =
+        laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep", "session_drift"});
+    EXPECT_EQ(d.verdict, Verdict::identified) << settled;
+    ASSERT_FALSE(d.found.empty());
+    EXPECT_EQ(d.found[0].candidate.name(), "creep at cell.q");
+    EXPECT_EQ(d.found[0].candidate.effect.values[2], settled);
+  }
+}
+
 // A spring that no load reaches, and one that yields in proportion to another, stay at their
 // nominal values and are named; the verdict is that of the rest.
 TEST(Verdict, WhatTheReadingsDoNotDetermineStaysNominal) {

@@ -203,6 +203,12 @@ TEST(EffectDerivatives, AreExactWhereFrictionHasSettled) {
   expect_exact(bench, {friction}, 10, 5);
 }
 
+TEST(EffectDerivatives, AreExactWhereWeightHasCrept) {
+  const Bench bench = test::arm_bench();
+  Effect creep = test::effect(bench.manipulator, "creep", "shoulder.q2", {1e-7, 400, 1});
+  expect_exact(bench, {creep}, 10, 5);
+}
+
 TEST(EffectDerivatives, AreExactForAScrewThatGrows) {
   const Bench bench = test::parallel_bench();
   expect_exact(bench,
@@ -387,7 +393,7 @@ TEST(CondensedModel, KnowsLawsInOtherJoints) {
                                       test::effect(m, "sensor_scale", "sensor", {2e-3}),
                                       test::effect(m, "wrench_gain", "load", {1.1})};
   EXPECT_GT(
-      expect_same_condensed(bench, others, test::effect(m, "creep", "arm.q3", {1e-9, 400}), 20),
+      expect_same_condensed(bench, others, test::effect(m, "creep", "arm.q3", {1e-9, 400, 0}), 20),
       50);
   EXPECT_GT(
       expect_same_condensed(bench, others, test::effect(m, "hardening", "arm.q4", {1e10}), 20), 50);

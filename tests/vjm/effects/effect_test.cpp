@@ -272,7 +272,7 @@ TEST(Effects, FrictionWithoutForceIsNoneAndCreepWithoutTimeIsNone) {
   const std::vector<double> none =
       positions({effect(bench(), "friction", "spring", {0, 1e-5, 0})}, path);
   const std::vector<double> at_once =
-      positions({effect(bench(), "creep", "spring", {1e-6, 10})}, path);
+      positions({effect(bench(), "creep", "spring", {1e-6, 10, 0})}, path);
   for (std::size_t i = 0; i < path.size(); ++i) {
     EXPECT_NEAR(none[i], plain[i], 1e-18);
     EXPECT_NEAR(at_once[i], plain[i], 1e-18);
@@ -282,7 +282,7 @@ TEST(Effects, FrictionWithoutForceIsNoneAndCreepWithoutTimeIsNone) {
 // A held load: the spring, then c F (1 - exp(-t/tau)) more; taken away, it goes back.
 TEST(Effects, CreepFollowsTheStandardLinearSolid) {
   const double c = 3e-7, tau = 120;
-  const EffectModel model(bench(), {effect(bench(), "creep", "spring", {c, tau})});
+  const EffectModel model(bench(), {effect(bench(), "creep", "spring", {c, tau, 0})});
   const Posture posture = posture_from_joints(bench(), {}).posture;
   Response state = model.at_rest(0);
   const auto read = [&](double force, double elapsed) {

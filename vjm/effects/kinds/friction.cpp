@@ -94,7 +94,7 @@ class DryFriction : public EffectKind {
                    .prior_sd = 0.02,
                    .prior_unit = PriorUnit::joint_play,
                    .is_shape = true},
-                  either_way("settled")};
+                  settled_weight()};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,

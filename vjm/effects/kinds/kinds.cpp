@@ -33,6 +33,12 @@ EffectParameter either_way(std::string name) {
   return parameter;
 }
 
+EffectParameter settled_weight() {
+  EffectParameter parameter = either_way("settled");
+  parameter.is_of_weight = true;
+  return parameter;
+}
+
 EffectParameter added_compliance(std::string name, const spatial::Dimension& dimension) {
   return {.name = std::move(name),
           .linear = dimension,

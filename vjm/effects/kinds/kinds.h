@@ -63,6 +63,8 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
 
 /// Whether something is so: 0 (unless given) or 1, and nothing that readings must tell in between.
 EffectParameter either_way(std::string name);
+/// "settled": 1 where the weight of a cycle's posture has had its effect before the cycle.
+EffectParameter settled_weight();
 
 /// A compliance where nothing yielded, of one dimension everywhere; need not be given.
 EffectParameter added_compliance(std::string name, const spatial::Dimension& dimension);
