@@ -320,6 +320,10 @@ std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipul
       }
     designs = std::move(more);
   }
+  // The first acts, or there were no candidate.
+  std::erase_if(designs, [&](const Candidate& design) {
+    return &design != designs.data() && !vjm::can_act(design.effect, bare);
+  });
   return designs;
 }
 

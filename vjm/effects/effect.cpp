@@ -443,9 +443,18 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
   return with_effects(manipulator, effects, {}, no_history(effects));
 }
 
+bool can_act(const Effect& effect, const Manipulator& bare) {
+  try {
+    (void)with_effects(bare, {effect});
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+  return true;
+}
+
 std::vector<std::string> acting_places(const std::shared_ptr<const EffectKind>& kind,
                                        const Manipulator& manipulator) {
-  const auto can_act = [&](const std::string& place) {
+  const auto acts_at = [&](const std::string& place) {
     Effect effect{.kind = kind,
                   .at = place,
                   .sites = effect_sites(*kind, manipulator, place),
@@ -457,15 +466,10 @@ std::vector<std::string> acting_places(const std::shared_ptr<const EffectKind>& 
                                : parameter.none;
       effect.values[k++] = std::clamp(usual, parameter.lower, parameter.upper);
     }
-    try {
-      (void)with_effects(manipulator, {std::move(effect)});
-    } catch (const std::invalid_argument&) {
-      return false;
-    }
-    return true;
+    return vjm::can_act(effect, manipulator);
   };
   std::vector<std::string> places = effect_places(*kind, manipulator);
-  std::erase_if(places, [&](const std::string& place) { return !can_act(place); });
+  std::erase_if(places, [&](const std::string& place) { return !acts_at(place); });
   return places;
 }
 

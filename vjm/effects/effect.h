@@ -369,6 +369,8 @@ bool act_on(std::size_t chain, const std::vector<Effect>& effects);
 /// One chain of it, from `modifier` of that without them.
 void put_on(std::size_t chain, const std::vector<Effect>& effects, const Conditions& conditions,
             const Histories& histories, ChainModifier& modifier);
+/// Whether it can act at its sites with its values.
+bool can_act(const Effect& effect, const Manipulator& bare);
 /// Whether an effect has a part in readings that are taken so.
 bool acts_under(const EffectKind& kind, const Conditions& conditions);
 /// How readings are taken under the effects.
