@@ -10,7 +10,6 @@
 
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/evidence.h"
-#include "kinetostat/calibration/statistics/residual_space.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -50,7 +49,11 @@ void CorrelatedNoise::add_zeros(const Campaign& campaign, const std::vector<Valu
                               "reading without load that they are counted from makes them",
                               in_cycles ? "cycle" : "configuration")};
   const SharedNoise known(noise, values);
+  std::map<std::tuple<std::size_t, std::string, std::size_t>, std::size_t> datums;
   for (const auto& [key, rows] : shared) {
+    const auto& [session, cycle, configuration, component] = key;
+    const std::size_t datum =
+        datums.try_emplace({session, cycle, configuration}, datums.size()).first->second;
     double least = sigma(rows[0]);
     for (const Index row : rows) least = std::min(least, sigma(row));
     // Its deviation over that of each reading, beside what is known of it.
@@ -59,7 +62,7 @@ void CorrelatedNoise::add_zeros(const Campaign& campaign, const std::vector<Valu
     known.whiten(column);
     VectorXd zero = column(rows, 0);
     way.log_determinant += std::log1p(zero.squaredNorm());
-    way.blocks.push_back({rows, std::move(zero)});
+    way.blocks.push_back({rows, std::move(zero), datum});
   }
   ways_.push_back(std::move(way));
 }
@@ -87,8 +90,11 @@ void CorrelatedNoise::add_fading(const Campaign& campaign, const std::vector<Val
   }
 }
 
-MatrixXd CorrelatedNoise::decorrelated(std::size_t number, const MatrixXd& columns) const {
-  const Way& way = ways_.at(number);
+MatrixXd CorrelatedNoise::decorrelated(std::size_t way, const MatrixXd& columns) const {
+  return decorrelated(ways_.at(way), columns);
+}
+
+MatrixXd CorrelatedNoise::decorrelated(const Way& way, const MatrixXd& columns) {
   MatrixXd result = columns;
   for (const Block& block : way.blocks) {
     if (block.zero.size() > 0) {  // the inverse of the symmetric root of 1 + zero zero'
@@ -106,23 +112,66 @@ MatrixXd CorrelatedNoise::decorrelated(std::size_t number, const MatrixXd& colum
   return result;
 }
 
+double CorrelatedNoise::log_evidence(const Way& way, const ResidualSpace& space) {
+  const VectorXd residual = space.left_of(space.residual());
+  if (space.dimension() < 1 || residual.isZero(0)) return 0;
+  const MatrixXd basis = decorrelated(way, space.basis());
+  VectorXd left = decorrelated(way, residual);
+  double log = -0.5 * way.log_determinant;
+  if (basis.cols() > 0) {
+    const Eigen::HouseholderQR<MatrixXd> qr(basis);
+    log -= qr.matrixQR().diagonal().cwiseAbs().array().log().sum();
+    const MatrixXd q = qr.householderQ() * MatrixXd::Identity(basis.rows(), basis.cols());
+    left -= (q * (q.transpose() * left)).eval();
+  }
+  return log - static_cast<double>(space.dimension()) * std::log(left.norm() / residual.norm());
+}
+
 std::vector<double> CorrelatedNoise::log_evidences(const BaseFit& fit) const {
-  std::vector<double> logs(ways_.size(), 0);
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  std::vector<double> logs;
+  for (const Way& way : ways_) logs.push_back(log_evidence(way, space));
+  return logs;
+}
+
+// Without the readings of the datum that is farthest off; nullopt where there are few.
+std::optional<double> CorrelatedNoise::log_without_worst(const Way& way, const BaseFit& fit) {
+  constexpr std::size_t few = 5;
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   const VectorXd residual = space.left_of(space.residual());
-  if (space.dimension() < 1 || residual.isZero(0)) return logs;
-  for (std::size_t way = 0; way < ways_.size(); ++way) {
-    const MatrixXd basis = decorrelated(way, space.basis());
-    VectorXd left = decorrelated(way, residual);
-    double log = -0.5 * ways_[way].log_determinant;
-    if (basis.cols() > 0) {
-      const Eigen::HouseholderQR<MatrixXd> qr(basis);
-      log -= qr.matrixQR().diagonal().cwiseAbs().array().log().sum();
-      const MatrixXd q = qr.householderQ() * MatrixXd::Identity(basis.rows(), basis.cols());
-      left -= (q * (q.transpose() * left)).eval();
+  std::vector<double> pull;
+  for (const Block& block : way.blocks) {
+    pull.resize(std::max(pull.size(), block.datum + 1), 0);
+    if (block.zero.size() > 0)
+      pull[block.datum] +=
+          std::pow(block.zero.dot(residual(block.rows)), 2) / (1 + block.zero.squaredNorm());
+  }
+  if (pull.size() < few) return std::nullopt;
+  const auto worst =
+      static_cast<std::size_t>(std::max_element(pull.begin(), pull.end()) - pull.begin());
+  Way rest{.what = {}, .fading = way.fading};
+  Rows kept;
+  for (const Block& block : way.blocks) {
+    if (block.datum == worst) continue;
+    Block moved = block;
+    for (std::size_t i = 0; i < block.rows.size(); ++i) {
+      moved.rows[i] = std::ssize(kept);
+      kept.push_back(block.rows[i]);
     }
-    logs[way] =
-        log - static_cast<double>(space.dimension()) * std::log(left.norm() / residual.norm());
+    rest.log_determinant += std::log1p(block.zero.squaredNorm());
+    rest.blocks.push_back(std::move(moved));
+  }
+  return log_evidence(rest,
+                      ResidualSpace(-fit.at.residual(kept), fit.at.jacobian(kept, Eigen::all)));
+}
+
+// With noise of datums as far as each of them shows it.
+std::vector<double> CorrelatedNoise::believed(const BaseFit& fit) const {
+  std::vector<double> logs = log_evidences(fit);
+  for (std::size_t way = 0; way < ways_.size(); ++way) {
+    if (ways_[way].fading > 0 || !(logs[way] > 0)) continue;
+    if (const auto rest = log_without_worst(ways_[way], fit))
+      logs[way] = std::min(logs[way], *rest);
   }
   return logs;
 }
@@ -146,12 +195,12 @@ double CorrelatedNoise::squared_error(const BaseFit& fit, std::optional<std::siz
 
 double CorrelatedNoise::gain(const BaseFit& fit) const {
   if (ways_.empty()) return 0;
-  const double correlated = log_mean_exp(log_evidences(fit));
+  const double correlated = log_mean_exp(believed(fit));
   return std::max(0.0, correlated) + std::log1p(std::exp(-std::abs(correlated)));
 }
 
 std::optional<std::size_t> CorrelatedNoise::prevailing(const BaseFit& fit) const {
-  const std::vector<double> logs = log_evidences(fit);
+  const std::vector<double> logs = believed(fit);
   const auto most = std::max_element(logs.begin(), logs.end());
   if (most == logs.end() || *most <= out_of_question) return std::nullopt;
   return static_cast<std::size_t>(most - logs.begin());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/calibration/statistics/residual_space.h"
 
 namespace kinetostat::calibration {
 
@@ -37,7 +38,8 @@ class CorrelatedNoise {
   std::vector<double> log_evidences(const BaseFit& fit) const;
 
   /// Gain of the log evidence of a model when its noise may be independent or, as likely, one of
-  /// these.
+  /// these. The noise of datums is believed as far as it is seen without the load cycle that speaks
+  /// most for it: one that is off by itself is no noise.
   double gain(const BaseFit& fit) const;
 
   /// How much of the misfit of a model another one leaves, (S_with - m) / (S_without - m) of their
@@ -50,12 +52,14 @@ class CorrelatedNoise {
 
  private:
   double squared_error(const BaseFit& fit, std::optional<std::size_t> way) const;
+  std::vector<double> believed(const BaseFit& fit) const;
   using Rows = std::vector<Eigen::Index>;
   // Values of one block: either they share a datum, with the covariance 1 + zero zero', or each is
   // `fading` times the one before it and something new.
   struct Block {
     Rows rows;
     Eigen::VectorXd zero = {};
+    std::size_t datum = 0;  // number of that
   };
   struct Way {
     std::string what;
@@ -63,6 +67,9 @@ class CorrelatedNoise {
     std::vector<Block> blocks = {};
     double log_determinant = 0;  // of the covariance
   };
+  static Eigen::MatrixXd decorrelated(const Way& way, const Eigen::MatrixXd& columns);
+  static double log_evidence(const Way& way, const ResidualSpace& space);
+  static std::optional<double> log_without_worst(const Way& way, const BaseFit& fit);
   void add_zeros(const Campaign& campaign, const std::vector<Value>& values, const Noise& noise);
   void add_fading(const Campaign& campaign, const std::vector<Value>& values);
 

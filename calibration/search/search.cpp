@@ -310,8 +310,9 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   progress_.report("detection threshold", 0);
   // However errors last, what is twice the noise is something that is missing.
-  const std::optional<std::size_t> correlated =
+  std::optional<std::size_t> correlated =
       present.empty() && is_beyond_noise(fit) ? std::nullopt : correlated_.prevailing(fit);
+  if (correlated && excludes_correlated_noise(fit)) correlated.reset();
   step.takes_rest_for_noise = correlated.has_value();
   if (correlated) step.max_score = correlated_max_score_test(fit, *correlated);
   std::optional<Screen> screen(std::in_place, space, signatures_);
@@ -349,6 +350,32 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   if (best < fits.size()) find_confounded(fit, fits[best], step);
   arrange(step, fits);
   return step;
+}
+
+// Whether one signature with independent noise is far more probable than noise that is correlated,
+// and leaves none that is: a drift looks like errors that last, while it is not known.
+bool Search::excludes_correlated_noise(const BaseFit& fit) const {
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const Screen screen(space, signatures_);
+  std::optional<std::size_t> best;
+  Score most;
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const Score score = screen.score(i, space.residual());
+    if (score.dimension == 0 || (best && score.explained <= most.explained)) continue;
+    best = i;
+    most = score;
+  }
+  if (!best) return false;
+  BaseFit with;
+  const MatrixXd& columns = signatures_[*best].columns;
+  with.at.residual = fit.at.residual;
+  with.at.jacobian.resize(columns.rows(), fit.at.jacobian.cols() + columns.cols());
+  with.at.jacobian << fit.at.jacobian, columns;
+  if (correlated_.prevailing(with)) return false;
+  const double penalty =  // of its values, and of the choice among all
+      0.5 * static_cast<double>(most.dimension) * std::log(static_cast<double>(columns.rows())) +
+      std::log(static_cast<double>(candidates_.size()));
+  return most.explained / 2 - penalty + correlated_.gain(with) - correlated_.gain(fit) > doubtful;
 }
 
 // With noise that is correlated in the way that a fit seems to have.
@@ -474,8 +501,8 @@ namespace {
 
 // Whether an effect is so much larger than usual that its prior holds back more than noise might.
 bool is_held_back(const BaseFit& fit) {
-  constexpr double deviations = 2;
   return std::any_of(fit.parameters.begin(), fit.parameters.end(), [](const auto& estimate) {
+    constexpr double deviations = 2;
     const auto& prior = estimate.parameter.prior;
     return prior && prior->group >= 0 &&
            std::abs(estimate.value - prior->mean) > deviations * prior->deviation;

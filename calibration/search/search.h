@@ -99,6 +99,7 @@ class Search {
                   const std::vector<Candidate>& items,
                   const std::function<void(std::size_t)>& work) const;
   MaxScoreTest correlated_max_score_test(const BaseFit& fit, std::size_t way) const;
+  bool excludes_correlated_noise(const BaseFit& fit) const;
   double longest_signature(std::size_t candidate) const;
   FitStarts starts_of(std::size_t candidate, const FittedModel& beside,
                       const std::vector<double>& explained, const ResidualSpace& space) const;

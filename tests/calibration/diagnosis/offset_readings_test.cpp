@@ -67,6 +67,18 @@ std::string said(const Diagnosis& d) {
 class OffsetReadings : public testing::TestWithParam<unsigned> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, OffsetReadings, testing::Values(1, 2, 3));
 
+// One component of one cycle of eight, by no more than a datum that is six times as noisy as the
+// others would be: that is no noise of all datums.
+TEST_P(OffsetReadings, AreNoNoiseOfTheDatumOfOneCycle) {
+  Bench bench(GetParam());
+  const Campaign campaign = off_by(bench.pushed(), 27, 36, 12e-6, 0);
+  const Diagnosis d = bench.diagnose(campaign, {});
+  EXPECT_EQ(d.verdict, Verdict::identified) << said(d);
+  const FoundEffect* offset = found(d, "cycle_offset");
+  ASSERT_NE(offset, nullptr) << said(d);
+  EXPECT_NEAR(offset->candidate.effect.values[0], 12e-6, 3e-6);
+}
+
 // In the second session, from its 14th reading on, in the midst of a cycle.
 TEST_P(OffsetReadings, AreThoseAfterATargetHasSlipped) {
   Bench bench(GetParam());
