@@ -80,7 +80,7 @@ void take_rest(Diagnosis& d) {
   d.rest_p_value = step->max_score.p_value;
   if (step->ranking.empty() || !step->ranking[0].fit) return;
   const RankedCandidate& best = step->ranking[0];
-  if (best.fit->discriminability < law_error_like(d.found, best.candidate))
+  if (best.fit->discriminability < law_error_like(d.found, *step))
     d.rest_of_laws = best.candidate.name();
 }
 

@@ -37,6 +37,13 @@ bool is_one_more_offset(const Candidate& candidate, const std::vector<FoundEffec
          });
 }
 
+// Of what the best of a round does, where one of those beside it acts.
+double shared_with(const FoundEffect& found, const DiagnosisStep& step) {
+  const auto own = std::find(step.beside.begin(), step.beside.end(), found.candidate.name());
+  const auto number = static_cast<std::size_t>(own - step.beside.begin());
+  return number < step.shared.size() ? step.shared[number] : 1;
+}
+
 // Orders of one series: none is a part of what the law of another one gets wrong.
 bool are_of_one_series(const Candidate& a, const Candidate& b) {
   return a.name() == b.name() && is_of_series(*a.effect.kind);
@@ -54,14 +61,18 @@ bool is_absurd(const DiagnosisStep& step) {
          step.share_left > unexplained_share * unusual / times;
 }
 
-double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate) {
+double law_error_like(const std::vector<FoundEffect>& found, const DiagnosisStep& step) {
   constexpr double relative_error = 0.25;
+  const Candidate& candidate = step.ranking[0].candidate;
   double most = 0;
   for (const FoundEffect& f : found) {
     const bool relatives =
         (act_at_one_joint(f.candidate, candidate) && !are_of_one_series(f.candidate, candidate)) ||
         (f.candidate.effect.kind->varies && candidate.effect.kind->varies);
-    most = std::max(most, (relatives ? relative_error : law_error) * f.length);
+    const double error = f.candidate.effect.kind->is_exact ? error_of_exact_law
+                         : relatives                       ? relative_error
+                                                           : law_error;
+    most = std::max(most, error * f.length * shared_with(f, step));
   }
   return most;
 }
@@ -81,7 +92,7 @@ Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found
   const bool excludes_noise = step.takes_rest_for_noise && more_probable > 3 * doubtful;
   if (step.max_score.p_value > significance_of_more && !excludes_noise) return Finding::nothing;
   if (!predicts || !probable || best.fit->discriminability < discriminable_from ||
-      best.fit->discriminability < law_error_like(found, best.candidate))
+      best.fit->discriminability < law_error_like(found, step))
     return Finding::nothing;
   return step.free_form_probability < 0.5 ? Finding::effect : Finding::part;
 }
@@ -126,7 +137,8 @@ bool is_replaced(const DiagnosisStep& step, const FoundEffect& found, double squ
   const CandidateFit* own = fit_of(step, found);
   if (own == nullptr) return squared_error - best.squared_error > 2 * doubtful;
   return best.log_evidence - own->log_evidence > doubtful &&
-         best.squared_error < own->squared_error;
+         (best.squared_error < own->squared_error ||
+          best.degrees_of_freedom > own->degrees_of_freedom);
 }
 
 }  // namespace kinetostat::calibration

@@ -41,9 +41,11 @@ Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found
 /// smooth error, or it leaves much of the misfit.
 bool is_absurd(const DiagnosisStep& step);
 
-/// The length of what the laws of those that were found may get wrong, where that looks like a
-/// candidate: more of it where both act at one joint, or follow time or temperature.
-double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate);
+/// The length of what the laws of those that were found may get wrong, where that looks like the
+/// best of a round beside them: more of it where both act at one joint, or follow time or
+/// temperature. A law that is wrong by a share of what it does to each reading looks like something
+/// that acts on other readings by no more than that share of what they have in common (Hoelder).
+double law_error_like(const std::vector<FoundEffect>& found, const DiagnosisStep& step);
 
 /// The best of a round.
 FoundEffect found_effect(const DiagnosisStep& step);

@@ -67,6 +67,7 @@ class Grower {
       std::vector<BaseFit> fits;
       DiagnosisStep step = search_.step(model_.present, model_.fit, fits);
       check_prediction(model_.present, model_.fit, fits, step);
+      if (!fits.empty()) step.shared = shared_with(fits[0]);
       grown_.steps.push_back(step);
       const Finding what = finding(step, found_);
       if (what == Finding::nothing) break;
@@ -161,6 +162,22 @@ class Grower {
     model_.stages.resize(count);
     model_.fit = *model_.stages.back();
     found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(count), found_.end());
+  }
+
+  // What a fit with one more effect shares with each that is present.
+  std::vector<double> shared_with(const BaseFit& next) const {
+    std::vector<double> shared;
+    if (model_.stages.size() != model_.present.size()) return shared;
+    const Eigen::ArrayXd own = (model_.fit.at.residual - next.at.residual).array().abs();
+    const BaseFit* before = &model_.without;
+    for (const std::optional<BaseFit>& stage : model_.stages) {
+      if (!stage) return {};
+      const Eigen::ArrayXd its = (before->at.residual - stage->at.residual).array().abs();
+      const double lengths = own.matrix().norm() * its.matrix().norm();
+      shared.push_back(lengths > 0 ? (own * its).sum() / lengths : 1);
+      before = &*stage;
+    }
+    return shared;
   }
 
   // Without their states, which are most of what they take: no fit starts there.

@@ -20,6 +20,8 @@ inline constexpr double doubtful_beside_free_form = 3;
 inline constexpr double beaten_by_free_form = 0;
 /// Share of what an effect does that its law may get wrong: laws are idealisations.
 inline constexpr double law_error = 0.1;
+/// The same of an exact law: of the robot about it, and of the readings.
+inline constexpr double error_of_exact_law = 0.02;
 inline constexpr double unusual = 9;  // times the usual size of an effect: nobody has seen one
 
 inline constexpr double believable_noise = 2;  // times the stated one, to account for a misfit
@@ -76,8 +78,11 @@ struct RankedCandidate {
 
 /// One round: what is missing beside what was found before?
 struct DiagnosisStep {
-  std::vector<std::string> beside;    // effects that are in the model already
-  MaxScoreTest max_score;             // under the likeliest noise
+  std::vector<std::string> beside;  // effects that are in the model already
+  MaxScoreTest max_score;           // under the likeliest noise
+  /// How far the best acts on the readings that each of those beside it acts on: the sum of
+  /// |a_i| |b_i| over the lengths of what a and b do to them. Empty: not known.
+  std::vector<double> shared = {};
   bool takes_rest_for_noise = false;  // that noise is correlated, as what is missing may be
   /// Most probable first, then by significance, then unobservable ones.
   std::vector<RankedCandidate> ranking;

@@ -243,6 +243,9 @@ class EffectKind {
   /// beside its place is one on an end that is beside its own. No reading of the target tells the
   /// two apart in principle.
   std::optional<EffectClass> moves_like = {};
+  /// A displacement of rigid bodies, a weight, a number of an instrument: a law that idealises
+  /// nothing.
+  bool is_exact = false;
   EffectPlace place = EffectPlace::joint;
   std::vector<EffectParameter> parameters;  // the first says how large it is
   bool varies = false;                      // with the conditions of a reading

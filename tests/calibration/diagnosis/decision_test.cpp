@@ -68,7 +68,10 @@ TEST(Replacement, IsByWhatFitsBetterBesideTheOthers) {
   step.ranking[1].fit->log_evidence = -15;
   EXPECT_TRUE(is_replaced(step, found, 399));
   step.ranking[1].fit->squared_error = 393;
-  EXPECT_FALSE(is_replaced(step, found, 393));  // it fits better
+  EXPECT_FALSE(is_replaced(step, found, 393));   // it fits better
+  step.ranking[0].fit->degrees_of_freedom = 90;  // with six values, where one does
+  step.ranking[1].fit->degrees_of_freedom = 85;
+  EXPECT_TRUE(is_replaced(step, found, 393));
   step.ranking[1].fit.reset();
   EXPECT_FALSE(is_replaced(step, found, 402));
   EXPECT_TRUE(is_replaced(step, found, 404));
@@ -93,6 +96,23 @@ TEST(Finding, IsAPartWhereASmoothErrorDoesBetter) {
   EXPECT_EQ(finding(step, {}), Finding::part);
   step.ranking[0].fit->log_score_gain = 5;  // within its deviation
   EXPECT_EQ(finding(step, {}), Finding::nothing);
+}
+
+// What is small beside a law that may be wrong: as far as it acts on the same readings.
+TEST(Finding, IsNoneThatALawMayGetWrong) {
+  DiagnosisStep step = next_round(0.002);
+  step.ranking[0].fit->discriminability = 6;
+  const auto beside = [](const std::string& kind, const std::string& at, double length) {
+    FoundEffect found{.candidate = fitted(kind, at, 0).candidate, .deviations = {}, .decision = {}};
+    found.length = length;
+    return std::vector<FoundEffect>{found};
+  };
+  EXPECT_EQ(finding(step, beside("friction", "q1", 50)), Finding::effect);
+  EXPECT_EQ(finding(step, beside("friction", "q1", 70)), Finding::nothing);
+  EXPECT_EQ(finding(step, beside("sensor_frame", "sensor", 250)), Finding::effect);
+  EXPECT_EQ(finding(step, beside("sensor_frame", "sensor", 350)), Finding::nothing);
+  step.shared = {0.5};
+  EXPECT_EQ(finding(step, beside("friction", "q1", 110)), Finding::effect);
 }
 
 // A rest that fades slowly passes for noise that does; evidence has weighed that already.

@@ -48,6 +48,18 @@ TEST_P(Poses, NameAnEccentricDrive) {
   }
 }
 
+// A displaced frame leaves nothing that looks like a drift: its law idealises nothing.
+TEST_P(Poses, NameWhatIsSmallBesideAnExactLaw) {
+  Bench bench(GetParam());
+  bench.hide("sensor_frame", "sensor", "x=1e-3 m,y=-5e-4 m");
+  bench.hide("session_drift", "sensor", "x=2.5e-8 m/s");
+  const Campaign campaign = bench.measured();
+  const Diagnosis d = bench.diagnose(campaign, {});
+  const std::string said = report::text(bench.robot(), campaign, d);
+  ASSERT_EQ(d.found.size(), 2u) << said;
+  EXPECT_EQ(d.found[1].candidate.name(), "session_drift at sensor") << said;
+}
+
 // An ellipse out of centre: the second order is as little a part of what is wrong with the first as
 // two sines are alike.
 TEST_P(Poses, NameEachOrderOfADrive) {

@@ -10,6 +10,7 @@ class GeometricError : public EffectKind {
   GeometricError() {
     name = "geometric_error";
     effect_class = EffectClass::geometry;
+    is_exact = true;
     summary = "everything behind an element is displaced, as built";
     law =
         "the frame behind the element is moved by [x, y, z] and turned by the rotation vector "

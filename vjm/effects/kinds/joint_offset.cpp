@@ -14,6 +14,7 @@ class JointOffset : public EffectKind {
   JointOffset() {
     name = "joint_offset";
     effect_class = EffectClass::geometry;
+    is_exact = true;
     place = EffectPlace::joint;
     acts_on_joint_alone = true;
     summary = "a drive whose zero is not where it is taken to be: an encoder, a reference switch";

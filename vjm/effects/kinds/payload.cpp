@@ -20,6 +20,7 @@ class Payload : public EffectKind {
     };
     name = "payload";
     effect_class = EffectClass::weight;
+    is_exact = true;
     summary = "a mass on the platform, with its centre in platform axes";
     law = "weight mass g at the point [x, y, z] of the platform";
     source = "dead weight; MMT11 eq. 5 with a load at a node";

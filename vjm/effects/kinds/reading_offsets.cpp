@@ -27,6 +27,7 @@ class ReadingOffset : public EffectKind {
  public:
   ReadingOffset() {
     effect_class = EffectClass::instrument;
+    is_exact = true;
     place = EffectPlace::sensor;
     offsets_readings = true;
     for (const char* axis : {"x", "y", "z"})

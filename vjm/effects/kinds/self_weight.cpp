@@ -62,6 +62,7 @@ class SelfWeight : public EffectKind {
   SelfWeight() {
     name = "self_weight";
     effect_class = EffectClass::weight;
+    is_exact = true;
     summary = "a link is heavier than the model knows";
     law =
         "weight mass g, distributed as the mass that the link has in the model, else as over a "

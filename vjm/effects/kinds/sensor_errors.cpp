@@ -38,6 +38,7 @@ class SensorScale : public EffectKind {
   SensorScale() {
     name = "sensor_scale";
     effect_class = EffectClass::instrument;
+    is_exact = true;
     summary = "positions are read too large or too small in one proportion";
     law = "read position = (1 + scale) position, from the origin of the base";
     source = "refractive index of air in laser trackers: ISO 10360-10; scale of cameras and arms";
@@ -69,6 +70,7 @@ Kind sensor_axis_scale() {
   auto kind = vector_error(&ReadingErrors::sensor_axes);
   kind->name = "sensor_axis_scale";
   kind->effect_class = EffectClass::instrument;
+  kind->is_exact = true;
   kind->is_of_gauges = true;
   kind->summary = "gauges along each axis read too much or too little in their own proportion";
   kind->law =
@@ -87,6 +89,8 @@ Kind sensor_frame() {
   auto kind = vector_error(&ReadingErrors::sensor);
   kind->name = "sensor_frame";
   kind->effect_class = EffectClass::instrument;
+  kind->moves_like = EffectClass::geometry;  // of the base
+  kind->is_exact = true;
   kind->summary = "the frame in which displacements are read is displaced";
   kind->law = "read pose = [exp(r), t] pose with t = [x, y, z], r = [rx, ry, rz], base axes";
   kind->source = "registration of a measuring frame: ISO 9283";

@@ -9,6 +9,7 @@ class WrenchGain : public EffectKind {
   WrenchGain() {
     name = "wrench_gain";
     effect_class = EffectClass::load;
+    is_exact = true;
     summary = "the wrench that acts is a multiple of the one stated";
     law = "[F; M] = gain [F; M] stated";
     source = "gain error of a force transducer: ISO 376";
@@ -72,6 +73,7 @@ Kind wrench_misalignment() {
   auto kind = vector_error(&ReadingErrors::wrench_rotation);
   kind->name = "wrench_misalignment";
   kind->effect_class = EffectClass::load;
+  kind->is_exact = true;
   kind->summary = "the wrench that acts is turned against the one stated";
   kind->law = "F and M turned by the rotation vector [rx, ry, rz], axes of the load cell";
   kind->source = "alignment of a force transducer: ISO 376; Rodrigues' formula";
@@ -87,6 +89,7 @@ Kind wrench_zero() {
   auto kind = std::make_shared<WrenchZero>();
   kind->name = "wrench_zero";
   kind->effect_class = EffectClass::load;
+  kind->is_exact = true;
   kind->summary =
       "the load cell does not read zero when it bears nothing, or a hook is not counted";
   kind->law =
@@ -115,6 +118,7 @@ Kind wrench_channel_gain() {
   auto kind = vector_error(&ReadingErrors::wrench_channels);
   kind->name = "wrench_channel_gain";
   kind->effect_class = EffectClass::load;
+  kind->is_exact = true;
   kind->summary = "channels of the load cell have gains of their own";
   kind->law =
       "F = F read + [fx Fx, fy Fy, fz Fz], M = M read + [mx Mx, my My, mz Mz], axes of the load "
@@ -158,6 +162,7 @@ Kind application_point() {
   auto kind = vector_error(&ReadingErrors::wrench_point);
   kind->name = "application_point";
   kind->effect_class = EffectClass::load;
+  kind->is_exact = true;
   kind->summary = "the wrench acts beside the point that is stated";
   kind->law = "point = stated point + [x, y, z], platform axes: a moment [x, y, z] x F more";
   kind->source = "a force at another point: the moment of its displacement";
@@ -174,6 +179,7 @@ Kind target_lever_arm() {
   auto kind = vector_error(&ReadingErrors::target);
   kind->name = "target_lever_arm";
   kind->effect_class = EffectClass::instrument;
+  kind->is_exact = true;
   kind->moves_like = EffectClass::geometry;  // of the end
   kind->summary = "what is read is another point of the platform than stated";
   kind->law = "read position = position of the point [x, y, z] of the platform";
