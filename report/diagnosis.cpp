@@ -180,7 +180,7 @@ std::string remark_on_inconclusive(const vjm::Robot& robot, const calibration::C
         values_text(robot, campaign, d.common_cause->candidate,
                     d.common_cause->candidate.effect.values, d.common_cause->deviations),
         number(d.common_cause->test.reduced(), 3), number(d.before->reduced(), 3));
-  if (!d.missing.empty()) return {};
+  if (!d.missing.empty() || !d.found.empty()) return {};
   return "No effect of its usual size is observable in these readings.";
 }
 
@@ -408,8 +408,13 @@ std::string laws_text(const calibration::Decision& decision) {
 
 std::string inseparable_text(const calibration::Decision& decision) {
   if (decision.answers.empty() || !decision.answers.front().is_inseparable) return {};
-  return "whatever is read at the target, these move it alike; choose either; the torque of the "
-         "drive, or another target, would distinguish them";
+  const std::vector<calibration::LawShare>& laws = decision.answers.front().laws;
+  const bool is_of_frame = std::any_of(
+      laws.begin(), laws.end(), [](const auto& law) { return law.effect == "sensor_frame"; });
+  return fmt::format(
+      "whatever is read at the target, these move it alike; choose either; {}, or another target, "
+      "would distinguish them",
+      is_of_frame ? "the instrument set up anew on the base" : "the torque of the drive");
 }
 
 std::string verdict_in_words(const std::string& verdict) {

@@ -112,6 +112,7 @@ std::vector<std::string> designs_in_words(const vjm::Robot& robot, const FoundEf
     if (usual.size() > 1 && value != usual.front())
       words.push_back(fmt::format("{} {}", p.name, number(value, 3)));
   }
+  for (std::string& word : words) std::replace(word.begin(), word.end(), '_', ' ');
   return words;
 }
 
@@ -193,8 +194,15 @@ std::string found_in_words(const vjm::Robot& robot, const calibration::Campaign&
 
 std::string narrowed_in_words(const vjm::Robot& robot, const Decision& decision) {
   constexpr double worth_a_word = 0.01;
+  constexpr std::size_t most_of_long = 3;  // of a list that is none
   std::vector<std::string> words;
   for (const Answer& answer : decision.answers) words.push_back(with_probability(robot, answer));
+  if (!decision.is_narrowed_down && words.size() > most_of_long) {
+    const std::size_t left = words.size() - most_of_long;
+    words.resize(most_of_long);
+    words.push_back(fmt::format("{} more", left));
+    return "something that these readings leave open: " + listed(words, "or");
+  }
   if (decision.unexplained > worth_a_word)
     words.push_back(
         fmt::format("something outside the catalogue ({})", short_percent(decision.unexplained)));
@@ -227,6 +235,21 @@ std::string effects_in_words(const vjm::Robot& robot, const calibration::Campaig
   for (const FoundEffect& found : d.found)
     text += (text.empty() ? "" : ", and ") + answers_in_words(robot, campaign, found);
   return capitalised(text) + ".";
+}
+
+// One of those that were found, whatever the readings leave open beside it.
+bool names_something(const Diagnosis& d) {
+  return std::any_of(d.found.begin(), d.found.end(),
+                     [](const FoundEffect& found) { return found.decision.is_identified; });
+}
+
+std::string found_in_short(const vjm::Robot& robot, const FoundEffect& found) {
+  const Decision& decision = found.decision;
+  if (decision.answers.empty()) return found.candidate.name();
+  if (!decision.is_identified && decision.answers.size() > 1)
+    return narrowed_in_words(robot, decision);
+  return fmt::format("{}, {}", answer_in_words(robot, decision.answers.front()),
+                     short_percent(decision.answers.front().probability));
 }
 
 std::string depends_on(const Diagnosis& d) {
@@ -367,6 +390,7 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
     case Verdict::none_needed:  // with stiffnesses that make up for wrong units
       return d.unit_error.empty() ? nothing_in_words(robot, d) : d.unit_error;
     default:
+      if (names_something(d)) return effects_in_words(robot, campaign, d);
       return d.noise == calibration::NoiseSource::unknown
                  ? "Inconclusive: it is not known how exact the readings are."
                  : "Inconclusive: these readings do not show which effect is missing.";
@@ -375,21 +399,13 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
 
 std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
   if (d.by_kinematics) return "errors of the geometry: calibrate the kinematics first";
+  std::string text;
+  for (const FoundEffect& found : d.found)
+    text += (text.empty() ? "" : "; ") + found_in_short(robot, found);
   switch (d.verdict) {
     case Verdict::identified:
-    case Verdict::narrowed_down: {
-      std::vector<std::string> words;
-      for (const FoundEffect& found : d.found)
-        words.push_back(found.decision.answers.empty() ? found.candidate.name()
-                        : found.decision.is_identified || found.decision.answers.size() < 2
-                            ? fmt::format("{}, {}",
-                                          answer_in_words(robot, found.decision.answers.front()),
-                                          short_percent(found.decision.answers.front().probability))
-                            : narrowed_in_words(robot, found.decision));
-      std::string text;
-      for (const std::string& one : words) text += (text.empty() ? "" : "; ") + one;
+    case Verdict::narrowed_down:
       return text;
-    }
     case Verdict::unexplained:
       return d.unit_error.empty() ? "something outside the catalogue"
                                   : "a mistake in units, signs or frames";
@@ -398,7 +414,7 @@ std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
                                      short_percent(d.doubted->decision.nothing))
                        : "nothing: no effect is needed";
     default:
-      return "inconclusive";
+      return names_something(d) ? text : "inconclusive";
   }
 }
 
