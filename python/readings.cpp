@@ -192,6 +192,8 @@ std::unique_ptr<apps::FitCache> cache_of(const CampaignValue& given, bool wanted
 DiagnosisValue diagnose(const CampaignPointer& given, const Search& search, int threads,
                         const py::object& progress) {
   if (search.draws < 1) throw py::value_error("draws must be 1 or more");
+  if (search.most_effects < 1 || search.most_effects > 10)
+    throw py::value_error(fmt::format("most_effects: {} is not from 1 to 10", search.most_effects));
   calibration::DiagnosisOptions options{.kinds = search.effects,
                                         .draws = search.draws,
                                         .seed = search.seed,
@@ -325,8 +327,8 @@ void add_comparison(py::module_& module) {
       .def_property_readonly("whitened", [](const ComparisonValue& v) {
         return stacked(v.comparison.best().whitened);
       });
-  module.def("compare", &compare, py::arg("campaign"), py::arg("robust") = "", py::kw_only(),
-             py::arg("threads") = 0, py::arg("progress") = py::none());
+  module.def("compare", &compare, py::arg("campaign").none(false), py::arg("robust") = "",
+             py::kw_only(), py::arg("threads") = 0, py::arg("progress") = py::none());
 }
 
 void add_diagnosis(py::module_& module) {
@@ -345,8 +347,8 @@ void add_diagnosis(py::module_& module) {
          const py::object& progress) {
         return diagnose(campaign, {effects, draws, seed, most_effects, cache}, threads, progress);
       },
-      py::arg("campaign"), py::arg("effects") = std::vector<std::string>(), py::kw_only(),
-      py::arg("draws") = 500, py::arg("seed") = 1, py::arg("most_effects") = 3,
+      py::arg("campaign").none(false), py::arg("effects") = std::vector<std::string>(),
+      py::kw_only(), py::arg("draws") = 500, py::arg("seed") = 1, py::arg("most_effects") = 3,
       py::arg("cache") = true, py::arg("threads") = 0, py::arg("progress") = py::none());
 }
 
@@ -384,9 +386,9 @@ void add_adoption(py::module_& module) {
 void add_plan(py::module_& module) {
   result_class<PlanValue>(module, "Plan", "What to measure next.")
       .def_readonly("table", &PlanValue::table);
-  module.def("plan", &plan, py::arg("campaign"), py::arg("diagnosis") = py::none(), py::kw_only(),
-             py::arg("show") = std::vector<std::string>(), py::arg("minutes") = 120.0,
-             py::arg("threads") = 0, py::arg("progress") = py::none());
+  module.def("plan", &plan, py::arg("campaign").none(false), py::arg("diagnosis") = py::none(),
+             py::kw_only(), py::arg("show") = std::vector<std::string>(),
+             py::arg("minutes") = 120.0, py::arg("threads") = 0, py::arg("progress") = py::none());
 }
 
 }  // namespace

@@ -31,7 +31,11 @@ using Joints = std::map<std::string, double>;
 using Path = std::filesystem::path;
 using Kinds = std::vector<std::shared_ptr<vjm::EffectKind>>;  // pybind11 knows no const
 
-vjm::EffectKinds all(const Kinds& kinds) { return {kinds.begin(), kinds.end()}; }
+vjm::EffectKinds all(const Kinds& kinds) {
+  if (std::find(kinds.begin(), kinds.end(), nullptr) != kinds.end())
+    throw py::type_error("kinds: None is no kind of effect");
+  return {kinds.begin(), kinds.end()};
+}
 
 // The drives, as the robot's chains name them: "q1", or "x.rho" where there are several chains.
 template <class Visit>

@@ -383,6 +383,20 @@ class Readings(unittest.TestCase):
         with self.assertRaises(Enough):
             ks.diagnose(ks.Campaign.read(source(ARM_CAMPAIGN)), progress=progress)
 
+    def test_none_is_no_campaign_and_no_kind_of_effect(self):
+        file = source("data/robots/bench.yaml")
+        for call in (ks.compare, ks.diagnose, ks.plan, ks.adopt, lambda none: ks.map_poses(none, "x=0"),
+                     lambda none: ks.stiffness_matrices(none, [[0, 0, 0]]), lambda none: ks.Robot.read(file, kinds=[none]),
+                     lambda none: ks.Robot.parse("", file, kinds=[none])):
+            with self.assertRaises(TypeError):
+                call(None)
+
+    def test_a_diagnosis_names_one_effect_or_more(self):
+        campaign = ks.Campaign.read(source(ARM_CAMPAIGN))
+        for wrong in (0, 11):
+            with self.assertRaisesRegex(ValueError, "most_effects"):
+                ks.diagnose(campaign, most_effects=wrong)
+
     def test_an_unknown_effect_is_refused(self):
         with self.assertRaisesRegex(ValueError, "clearance"):
             ks.diagnose(ks.Campaign.read(source(ARM_CAMPAIGN)), ["clearence"])
