@@ -25,6 +25,9 @@ struct CampaignValue {
   calibration::Campaign campaign;
 };
 
+/// A column for each quantity that the readings have, SI; what campaign_of() of Python takes back.
+pybind11::dict columns_of(const CampaignValue& value);
+
 /// JSON as Python's own values.
 pybind11::object values_of(const std::string& json);
 

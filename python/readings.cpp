@@ -48,47 +48,6 @@ std::shared_ptr<CampaignValue> read_readings(const Path& file,
   return std::make_shared<CampaignValue>(CampaignValue{std::move(measured), std::move(campaign)});
 }
 
-// One row a reading, one column a component of what was read.
-Eigen::MatrixXd values_of_readings(const Campaign& campaign,
-                                   Eigen::VectorXd calibration::Reading::*what) {
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(campaign.readings.size()), campaign.size());
-  for (Eigen::Index i = 0; i < values.rows(); ++i)
-    values.row(i) = (campaign.readings[static_cast<std::size_t>(i)].*what).transpose();
-  return values;
-}
-
-Eigen::MatrixXd wrenches(const Campaign& campaign) {
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(campaign.readings.size()), 6);
-  for (Eigen::Index i = 0; i < values.rows(); ++i) {
-    const vjm::Load& load = campaign.readings[static_cast<std::size_t>(i)].load;
-    values.row(i) << load.force.transpose(), load.moment.transpose();
-  }
-  return values;
-}
-
-// Columns by name, SI: what pandas.DataFrame() takes.
-py::dict columns(const CampaignValue& value) {
-  const Campaign& campaign = value.campaign;
-  std::vector<std::string> ids, sessions;
-  std::vector<bool> used;
-  for (const calibration::Reading& reading : campaign.readings) {
-    ids.push_back(reading.id);
-    sessions.push_back(campaign.sessions[reading.session]);
-    used.push_back(!reading.masked);
-  }
-  py::dict table;
-  table["id"] = ids;
-  table["session"] = sessions;
-  table["used"] = used;
-  const Eigen::MatrixXd loads = wrenches(campaign);
-  const char* const names[] = {"fx", "fy", "fz", "mx", "my", "mz"};
-  for (Eigen::Index k = 0; k < 6; ++k) table[names[k]] = Eigen::VectorXd(loads.col(k));
-  const Eigen::MatrixXd read = values_of_readings(campaign, &calibration::Reading::displacement);
-  for (Eigen::Index k = 0; k < read.cols(); ++k)
-    table[campaign.component(k).name.c_str()] = Eigen::VectorXd(read.col(k));
-  return table;
-}
-
 Eigen::MatrixXd stacked(const std::vector<Eigen::VectorXd>& rows) {
   if (rows.empty()) return Eigen::MatrixXd(0, 0);
   Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows.size()), rows.front().size());
@@ -307,7 +266,7 @@ void add_campaigns(py::module_& module) {
                                  names.push_back(c.name);
                                return names;
                              })
-      .def("columns", &columns)
+      .def("columns", &columns_of)
       .def("__len__", [](const CampaignValue& v) { return v.campaign.readings.size(); })
       .def("__repr__", [](const CampaignValue& v) {
         return fmt::format("Campaign '{}': {} readings of {}", v.campaign.name,

@@ -545,7 +545,9 @@ class ColumnFinder {
         campaign_.displacement == DisplacementKind::difference)
       fault_in_header("", "there is no column of load, so no difference to the unloaded state",
                       "Name at least one of fx, fy, fz, mx, my, mz" + hint_of_load());
-    const bool moments = found_.wrench[3] || found_.wrench[4] || found_.wrench[5];
+    const bool moments =
+        std::any_of(found_.wrench.begin() + 3, found_.wrench.end(),
+                    [this](const Column& column) { return column && has_values(*column); });
     const bool point_given = found_.point[0] || context_.wrench.point || context_.wrench.origin;
     if (moments && !point_given)
       fault_in_header(found_.wrench[3]   ? "mx"
@@ -566,6 +568,14 @@ class ColumnFinder {
     if (!found_.position[0] && found_.joints.empty())
       campaign_.notes.push_back(
           "No column states the posture: the robot stands at its home coordinates.");
+  }
+
+  // Other than 0, "0.000" and nothing.
+  bool has_values(std::size_t column) const {
+    for (std::size_t row = 0; row < table_.rows(); ++row)
+      if (table_.cell(row, column).find_first_of("123456789") != std::string_view::npos)
+        return true;
+    return false;
   }
 
   // Nearly all columns are called by a number.

@@ -5,7 +5,9 @@ import json
 import numbers
 import os
 import tempfile
-from typing import Any, Mapping, Optional, Union
+from typing import Any, Dict, List, Mapping, Optional, Union
+
+import numpy as np
 
 from ._core import Campaign, Comparison, Map, Robot
 
@@ -15,11 +17,14 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     """A campaign from columns by name: a pandas.DataFrame, or a dict of arrays of one length.
 
     The columns are those of a table of readings ("fz", "dz [um]", "q1", "session"), and `keys` those of a campaign file:
-    units={"length": "m", "force": "N", "angle": "rad"} unless given, displacement="difference", noise={"translation":
-    15e-6} or {"translation": "15 um"}. Both are written to `folder` (a new temporary one), as campaign.yaml and readings.csv, and read from there."""
+    units={"length": "m", "force": "N", "angle": "rad", "time": "s"} unless given, displacement="difference", noise=
+    {"translation": 15e-6} or {"translation": "15 um"}. A column of booleans "mask", or "used" as frame_of() has it, says which
+    readings are left out. What frame_of() makes of a campaign is taken back, with the campaign's other keys but
+    `wrench_frame` and `wrench_point`. Both are written to `folder` (a new temporary one), as campaign.yaml and
+    readings.csv, and read from there."""
     folder = os.fspath(folder) if folder is not None else tempfile.mkdtemp(prefix="kinetostat-")
     os.makedirs(folder, exist_ok=True)
-    columns = {str(name): list(table[name]) for name in table}
+    columns = _with_mask({str(name): list(table[name]) for name in table})
     if not columns:
         raise ValueError("there are no columns: give loads and displacements, {'fz': [...], 'dz': [...]}")
     if len({len(values) for values in columns.values()}) != 1:
@@ -30,7 +35,7 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
         writer.writerows(["" if _is_missing(value) else value for value in row] for row in zip(*columns.values()))
     file_of_robot = robot.file if isinstance(robot, Robot) else os.fspath(robot)
     content = {"kinetostat": 1, "campaign": "readings in memory", "robot": os.path.abspath(file_of_robot),
-               "units": {"length": "m", "force": "N", "angle": "rad"}, "displacement": "difference",
+               "units": {"length": "m", "force": "N", "angle": "rad", "time": "s"}, "displacement": "difference",
                **{key: _with_units(value) if key.endswith("noise") else value for key, value in keys.items()},
                "readings": "readings.csv"}
     campaign = os.path.join(folder, "campaign.yaml")
@@ -40,8 +45,9 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
 
 
 def frame_of(value: Union[Campaign, Comparison, Map]) -> Any:
-    """A pandas.DataFrame, SI: the readings of a campaign, those of a comparison with what the best model leaves of them
-    ("residual dz", and "whitened dz" in units of the noise), or a map, one row a pose."""
+    """A pandas.DataFrame, SI: the readings of a campaign (conditions, postures, loads about their point, displacements,
+    covariates), those of a comparison with what the best model leaves of them ("residual dz", and "whitened dz" in units of the
+    noise), or a map, one row a pose."""
     import pandas
     if not isinstance(value, (Campaign, Comparison, Map)):
         raise TypeError(f"a campaign, a comparison or a map makes a frame, not {type(value).__name__}")
@@ -61,6 +67,19 @@ def _with_units(noise: Any) -> Any:
     units = {"translation": "m", "rotation": "rad", "force": "N", "moment": "N m"}
     return {key: f"{float(value)!r} {units[key]}" if isinstance(value, numbers.Real) and key in units else value
             for key, value in noise.items()}
+
+
+def _with_mask(columns: Dict[str, List[Any]]) -> Dict[str, List[Any]]:
+    """With booleans as the format of tables has them, 0 or 1, and the rows that are not `used` masked."""
+    def booleans(name: str) -> bool:
+        return bool(columns.get(name)) and all(isinstance(value, (bool, np.bool_)) for value in columns[name])
+    if booleans("used"):
+        used = columns.pop("used")
+        columns.setdefault("mask", [not value for value in used])
+    if booleans("mask"):
+        columns["mask"] = [int(value) for value in columns["mask"]]
+        columns.setdefault("mask_reason", ["masked in the program" if value else "" for value in columns["mask"]])
+    return columns
 
 
 def _is_missing(value: Any) -> bool:

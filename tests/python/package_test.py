@@ -300,6 +300,31 @@ class Readings(unittest.TestCase):
         np.testing.assert_array_equal(left["residual dz"], comparison.residuals[:, campaign.components.index("dz")])
         self.assertAlmostEqual(np.sqrt(np.nanmean(left["whitened dz"] ** 2)), comparison.error_over_noise, places=9)
 
+    def test_a_frame_of_a_campaign_is_that_campaign(self):
+        masked = {"mask": [False, True] + [False] * 10, "time": np.arange(12.0), "humidity": 40 + np.arange(12.0), "who": ["Ann", "Bob"] * 6,
+                  "sigma_dz": [2e-6] * 12, "sigma_dx": [3e-6] * 12}
+        robot = ks.Robot.read(source("data/robots/six_axis.yaml"))
+        q = {name: np.repeat([0.1, 0.3, 0.5], 4) for name in robot.joints}
+        loads = {"fz": np.tile([-100.0, 200, -300, 400], 3), "mx": np.linspace(0, 5, 12), "px": [0.1] * 12, "py": [0] * 12, "pz": [0.02] * 12}
+        arm = ks.campaign_of(masked | q | loads | {"dx": 1e-7 * np.arange(12), "dz": 1e-8 * loads["fz"]}, robot)
+        poses = ks.Campaign.read(source("data/measurements/orthoglide_clearance/campaign.yaml"))
+        for campaign in (arm, poses, ks.Campaign.read(source(ARM_CAMPAIGN))):
+            one, frame = ks.compare(campaign), ks.frame_of(campaign)
+            again = ks.campaign_of(frame, campaign.robot)
+            other = ks.compare(again)
+            self.assertEqual((one.adequacy, again.warnings), (other.adequacy, campaign.warnings))
+            np.testing.assert_allclose(other.residuals, one.residuals, rtol=1e-6, atol=1e-13)
+            np.testing.assert_allclose(other.whitened, one.whitened, rtol=1e-6, atol=1e-6)
+            self.assertEqual(list(ks.frame_of(again)), list(frame))
+        frame = ks.frame_of(arm)
+        np.testing.assert_array_equal(frame["q2"], q["q2"])
+        np.testing.assert_array_equal(frame["humidity"], masked["humidity"])
+        self.assertEqual((list(frame["used"]), list(frame["who"])), ([True, False] + [True] * 10, masked["who"]))
+        self.assertEqual((frame["px"][3], frame["mx"][11]), (0.1, 5))
+        self.assertLess(abs(ks.frame_of(poses)["x"][0] + 0.051814093), 1e-9)
+        self.assertEqual(list(ks.frame_of(ks.campaign_of(frame.assign(used=frame["id"] != "3"), robot))["used"]),
+                         [True, True, False] + [True] * 9)
+
     def test_whitened_residuals_make_the_error(self):
         comparison = ks.compare(ks.Campaign.read(source(ARM_CAMPAIGN)), threads=1)
         self.assertEqual(comparison.adequacy, "inadequate")

@@ -107,6 +107,12 @@ TEST(CampaignFile, TakesActuatorCoordinatesByJointName) {
   EXPECT_EQ(chains.joint_columns.at("z.rho").column, "z.rho");
 }
 
+TEST(CampaignFile, TakesMomentsThatAreNoneWithoutAPoint) {
+  const Campaign pure = read("fz,mx,my,mz,dz\n5,0,0.000,-0,1\n9,0,0,0.0,2\n");
+  EXPECT_TRUE(pure.readings[1].load.moment.isZero(0));
+  EXPECT_THAT(pure.notes, ElementsAre(HasSubstr("No point of application"), HasSubstr("home")));
+}
+
 TEST(CampaignFile, CountsCopiesOfARowOnce) {
   const auto used = [](const Campaign& campaign) {
     return std::count_if(campaign.readings.begin(), campaign.readings.end(),
