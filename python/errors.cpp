@@ -1,5 +1,6 @@
 // Errors of kinetostat as exceptions of Python.
 #include <exception>
+#include <stdexcept>
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/common/error.h"
@@ -13,7 +14,7 @@ namespace py = pybind11;
 
 // The classes, for the translator, which is a plain function. They live as long as the interpreter.
 struct ErrorClasses {
-  py::handle input, convergence, identifiable;
+  py::handle input, convergence, identifiable, argument, argument_type;
 };
 ErrorClasses& classes() {
   static ErrorClasses all;
@@ -54,7 +55,13 @@ void translate(std::exception_ptr thrown) {
   } catch (const common::NotIdentifiable& error) {
     PyErr_SetString(classes().identifiable.ptr(), error.what());
   } catch (const apps::UsageError& error) {
-    PyErr_SetString(PyExc_ValueError, error.what());
+    PyErr_SetString(classes().argument.ptr(), error.what());
+  } catch (const py::value_error& error) {
+    PyErr_SetString(classes().argument.ptr(), error.what());
+  } catch (const std::invalid_argument& error) {
+    PyErr_SetString(classes().argument.ptr(), error.what());
+  } catch (const py::type_error& error) {
+    PyErr_SetString(classes().argument_type.ptr(), error.what());
   } catch (const common::OutOfMemory& error) {
     PyErr_SetString(PyExc_MemoryError, error.what());
   }
@@ -74,6 +81,10 @@ void add_errors(py::module_& module) {
                                     "A computation on sound input that did not reach its goal.");
   classes().identifiable = new_class(module, "NotIdentifiable", with(PyExc_ValueError),
                                      "The data do not determine what was asked for.");
+  classes().argument = new_class(module, "ArgumentError", with(PyExc_ValueError),
+                                 "A value that an argument cannot have.");
+  classes().argument_type = new_class(module, "ArgumentTypeError", with(PyExc_TypeError),
+                                      "A value of a sort that an argument cannot be.");
   py::register_exception_translator(translate);
 }
 

@@ -6,6 +6,7 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
+#include <stdexcept>
 #include <variant>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "kinetostat/python/bindings.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/exchange/description_file.h"
 #include "kinetostat/vjm/exchange/robot_import.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -61,37 +63,56 @@ Eigen::Matrix4d transform(const spatial::Pose& pose) {
   return matrix;
 }
 
-using GivenStiffness = std::variant<std::monostate, double, std::vector<double>, Joints>;
+using GivenNumber = std::variant<double, std::string>;  // "5e4 N m/rad"
+using GivenStiffness = std::variant<std::monostate, GivenNumber, std::vector<GivenNumber>,
+                                    std::map<std::string, GivenNumber>>;
+
+[[noreturn]] void fail_stiffness(const std::string& what) {
+  throw py::value_error("joint_stiffness " + what);
+}
+
+double in_si(const vjm::DescribedJoint& drive, const GivenNumber& given) {
+  double value = 0;
+  if (const auto* text = std::get_if<std::string>(&given)) try {
+      value = spatial::parse_quantity(*text,
+                                      turns(drive) ? spatial::dimension::torsional_stiffness
+                                                   : spatial::dimension::linear_stiffness,
+                                      turns(drive) ? "N m/rad" : "N/m");
+    } catch (const std::invalid_argument& error) {
+      fail_stiffness(fmt::format("of {}: {}", drive.name, error.what()));
+    }
+  else
+    value = std::get<double>(given);
+  if (!(value > 0)) fail_stiffness(fmt::format("of {} is not positive: {}", drive.name, value));
+  return value;
+}
 
 // By the names of drives, each one's own.
 Joints stiffness_by_name(const std::vector<vjm::DescribedJoint>& drives,
                          const GivenStiffness& given) {
-  const auto fail = [](const std::string& what) {
-    throw py::value_error("joint_stiffness " + what);
-  };
   Joints result;
-  if (const auto* each = std::get_if<Joints>(&given)) {
-    result = *each;
-    for (const auto& [name, k] : result)
-      if (std::none_of(drives.begin(), drives.end(),
-                       [&name = name](const auto& drive) { return drive.name == name; }))
-        fail(fmt::format("names '{}', which is no drive", name));
-  } else if (const auto* one = std::get_if<double>(&given)) {
+  if (const auto* each = std::get_if<std::map<std::string, GivenNumber>>(&given)) {
+    for (const auto& [name, k] : *each) {
+      const auto drive = std::find_if(drives.begin(), drives.end(),
+                                      [&name = name](const auto& d) { return d.name == name; });
+      if (drive == drives.end()) fail_stiffness(fmt::format("names '{}', which is no drive", name));
+      result[name] = in_si(*drive, k);
+    }
+  } else if (const auto* one = std::get_if<GivenNumber>(&given)) {
     for (const vjm::DescribedJoint& drive : drives) {
       if (vjm::turns(drive) != vjm::turns(drives.front()))
-        fail("is one number for drives that turn and drives that slide: give a dict by name");
-      result[drive.name] = *one;
+        fail_stiffness("is one for drives that turn and drives that slide: give a dict by name");
+      result[drive.name] = in_si(drive, *one);
     }
-  } else if (const auto* all = std::get_if<std::vector<double>>(&given)) {
+  } else if (const auto* all = std::get_if<std::vector<GivenNumber>>(&given)) {
     if (all->size() != drives.size())
-      fail(
+      fail_stiffness(
           fmt::format("has {} values for {} drives: give one for all, one for each from base to "
                       "tip, or a dict by name",
                       all->size(), drives.size()));
-    for (std::size_t d = 0; d < drives.size(); ++d) result[drives[d].name] = (*all)[d];
+    for (std::size_t d = 0; d < drives.size(); ++d)
+      result[drives[d].name] = in_si(drives[d], (*all)[d]);
   }
-  for (const auto& [name, k] : result)
-    if (!(k > 0)) fail(fmt::format("of {} is not positive: {}", name, k));
   return result;
 }
 
@@ -146,26 +167,32 @@ std::vector<std::string> joint_names(const RobotValue& value) {
   return names;
 }
 
-PostureValue posture(const RobotValue& value, const std::optional<Eigen::VectorXd>& at,
+// x, y, z; with a rotation vector; or 4x4, as Posture::pose has it.
+spatial::Pose pose_of(const Eigen::MatrixXd& at) {
+  if (!at.allFinite()) throw py::value_error("'at' has an entry that is no number");
+  if (at.rows() == 4 && at.cols() == 4 && at.row(3) == Eigen::RowVector4d(0, 0, 0, 1))
+    return {at.topLeftCorner<3, 3>(), at.topRightCorner<3, 1>()};
+  if ((at.size() != 3 && at.size() != 6) || (at.rows() != 1 && at.cols() != 1))
+    throw py::value_error(
+        fmt::format("'at' has {} x {} numbers: give x, y, z, or x, y, z and a rotation vector [m, "
+                    "rad], or a pose 4x4 with the last row 0, 0, 0, 1",
+                    at.rows(), at.cols()));
+  spatial::Vector6 pose = spatial::Vector6::Zero();
+  pose.head(at.size()) = at.reshaped();
+  return {spatial::exp_rotation(pose.tail<3>()), pose.head<3>()};
+}
+
+PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixXd>& at,
                      const std::optional<Joints>& joints) {
   const vjm::Manipulator& manipulator = value.robot.manipulator;
   if (at && joints) throw py::value_error("give either a pose ('at') or joint values");
-  if (at && at->size() != 3 && at->size() != 6)
-    throw py::value_error("'at' is x, y, z, or x, y, z and a rotation vector [m, rad]");
-  if (at && !at->allFinite()) throw py::value_error("'at' has an entry that is no number");
   constexpr double far = 1e6;  // turns lose their digits before
   for (const auto& [name, coordinate] : joints.value_or(Joints()))
     if (!(std::abs(coordinate) < far))
       throw py::value_error(
           fmt::format("{} = {} is no place of a joint [m or rad]", name, coordinate));
-  vjm::PostureResult found;
-  if (at) {
-    spatial::Vector6 pose = spatial::Vector6::Zero();
-    pose.head(at->size()) = *at;
-    found = posture_at(manipulator, {spatial::exp_rotation(pose.tail<3>()), pose.head<3>()});
-  } else {
-    found = posture_from_joints(manipulator, joints.value_or(Joints()));
-  }
+  vjm::PostureResult found = at ? posture_at(manipulator, pose_of(*at))
+                                : posture_from_joints(manipulator, joints.value_or(Joints()));
   if (!found.reached) throw common::NoConvergence(found.reason);
   PostureValue result{std::move(found.posture), {}};
   for_each_drive(manipulator, [&](const std::string& name, std::size_t chain, std::size_t i) {

@@ -5,12 +5,12 @@ A mistake in a file is an InputError with file, line, key and cure. compare(), d
 stiffness_matrices() take progress=lambda phase, fraction: ..., run on all processors unless threads=N says otherwise, and
 stop at Ctrl-C. kinetostat.plots draws results by matplotlib, kinetostat.cluster runs parts of long commands by Dask."""
 
-from ._core import (Adoption, Campaign, Comparison, Compliance, Deflection, Diagnosis, Error, InputError, Link, Map,
+from ._core import (Adoption, ArgumentError, ArgumentTypeError, Campaign, Comparison, Compliance, Deflection, Diagnosis, Error, InputError, Link, Map,
                     NoConvergence, NotIdentifiable, Plan, Posture, Robot, Stiffness, __version__, adopt, compare, diagnose, map_poses,
                     plan, stiffness_matrices)
 from ._effects import EffectKind, effect_kind, with_effects
 from ._frames import campaign_of, frame_of
 
-__all__ = ["Adoption", "Campaign", "Comparison", "Compliance", "Deflection", "Diagnosis", "EffectKind", "Error", "InputError", "Link",
+__all__ = ["Adoption", "ArgumentError", "ArgumentTypeError", "Campaign", "Comparison", "Compliance", "Deflection", "Diagnosis", "EffectKind", "Error", "InputError", "Link",
            "Map", "NoConvergence", "NotIdentifiable", "Plan", "Posture", "Robot", "Stiffness", "__version__", "adopt", "campaign_of",
            "compare", "diagnose", "effect_kind", "frame_of", "map_poses", "plan", "stiffness_matrices", "with_effects"]

@@ -9,7 +9,7 @@ import math
 import re
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Union
 
-from ._core import FunctionKind, Robot, law_variables, usual_values
+from ._core import ArgumentError, FunctionKind, Robot, law_variables, usual_values
 
 _FUNCTIONS = {"sin": "sin", "cos": "cos", "tan": "tan", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "sinh": "sinh",
               "cosh": "cosh", "tanh": "tanh", "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh", "exp": "exp", "log": "ln",
@@ -98,10 +98,10 @@ def effect_kind(function: Optional[Callable[..., Any]] = None, *, parameters: Ma
     variables = law_variables(law, list(covariates), json.dumps(described))
     for argument in arguments:
         if argument not in variables:
-            raise ValueError(f"'{argument}' is no variable of a law of {law}: " + ", ".join(variables))
+            raise ArgumentError(f"'{argument}' is no variable of a law of {law}: " + ", ".join(variables))
     for parameter in described:
         if parameter not in arguments:
-            raise ValueError(f"the function does not take its parameter '{parameter}'")
+            raise ArgumentError(f"the function does not take its parameter '{parameter}'")
     entry: Dict[str, Any] = {"summary": summary or (inspect.getdoc(function) or "a law of one's own").split("\n")[0],
                              "parameters": described}
     if covariates:
@@ -127,7 +127,7 @@ def _checked(function: Callable[..., Any], arguments: List[str], variables: List
     """What the law calls: value, and slope by one of the variables. Its derivatives are compared with differences first."""
     for argument in derivatives:
         if argument not in arguments:
-            raise ValueError(f"derivatives: the function takes no '{argument}'")
+            raise ArgumentError(f"derivatives: the function takes no '{argument}'")
     places = [variables.index(argument) for argument in arguments]
     step = 1e-100  # its square is nothing beside any number
 
@@ -153,7 +153,7 @@ def _check_slope(call: Callable[[List[float], int], Any], at: List[float], place
     try:
         slope = call(at, place)[1]
     except TypeError as error:
-        raise ValueError(f"the function does not take complex numbers ({error}): compute with numpy's functions in the place of math's, "
+        raise ArgumentError(f"the function does not take complex numbers ({error}): compute with numpy's functions in the place of math's, "
                          f"or give derivatives={{'{argument}': ...}}") from error
     width = 1e-5 * abs(at[place])
 
@@ -165,7 +165,7 @@ def _check_slope(call: Callable[[List[float], int], Any], at: List[float], place
     wide, narrow = difference(2 * width), difference(width)
     size = max(abs(slope), abs(narrow), abs(call(at, -1)[0] / at[place]) if at[place] else 0)
     if abs(slope - narrow) > 1e-4 * size + 2 * abs(wide - narrow):
-        raise ValueError(f"the derivative by '{argument}' is {slope:.6g} at {at[place]:.3g}, and differences give {narrow:.6g}: "
+        raise ArgumentError(f"the derivative by '{argument}' is {slope:.6g} at {at[place]:.3g}, and differences give {narrow:.6g}: "
                          "the function is not smooth, or not one of complex numbers")
 
 
@@ -198,7 +198,7 @@ def _with_item(text: str, key: str, item: str, dash: str) -> str:
         lines[at] = f"{flow[1]}{flow[2]}{item}{', ' + rest if rest else ''}{flow[4]}{flow[5]}"
         return "\n".join(lines)
     if not re.fullmatch(rf"{key}\s*:\s*(#.*)?", lines[at]):
-        raise ValueError(f"line {at + 1}: '{key}' is written in a way that nothing can be added to")
+        raise ArgumentError(f"line {at + 1}: '{key}' is written in a way that nothing can be added to")
     below = next((line for line in lines[at + 1:] if line.strip() and not line.lstrip().startswith("#")), "  ")
     indent = below[:len(below) - len(below.lstrip())] if below[:1] in " -" else "  "
     lines.insert(at + 1, f"{indent}{dash}{item}")

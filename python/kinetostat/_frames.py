@@ -9,7 +9,7 @@ from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy as np
 
-from ._core import Campaign, Comparison, Map, Robot
+from ._core import ArgumentError, ArgumentTypeError, Campaign, Comparison, Map, Robot
 
 
 def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[str]"], *,
@@ -24,11 +24,11 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     readings.csv, and read from there."""
     folder = os.fspath(folder) if folder is not None else tempfile.mkdtemp(prefix="kinetostat-")
     os.makedirs(folder, exist_ok=True)
-    columns = _with_mask({str(name): list(table[name]) for name in table})
+    columns = _with_mask(_lists(table))
     if not columns:
-        raise ValueError("there are no columns: give loads and displacements, {'fz': [...], 'dz': [...]}")
+        raise ArgumentError("there are no columns: give loads and displacements, {'fz': [...], 'dz': [...]}")
     if len({len(values) for values in columns.values()}) != 1:
-        raise ValueError("columns differ in length: " + ", ".join(f"{name} {len(v)}" for name, v in columns.items()))
+        raise ArgumentError("columns differ in length: " + ", ".join(f"{name} {len(v)}" for name, v in columns.items()))
     with open(os.path.join(folder, "readings.csv"), "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
@@ -40,7 +40,7 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
                "readings": "readings.csv"}
     campaign = os.path.join(folder, "campaign.yaml")
     with open(campaign, "w", encoding="utf-8") as file:
-        json.dump(content, file, indent=1)  # which is YAML
+        json.dump(content, file, indent=1, default=_plain)  # which is YAML
     return Campaign.read(campaign, robot=robot)
 
 
@@ -50,7 +50,7 @@ def frame_of(value: Union[Campaign, Comparison, Map]) -> Any:
     noise), or a map, one row a pose."""
     import pandas
     if not isinstance(value, (Campaign, Comparison, Map)):
-        raise TypeError(f"a campaign, a comparison or a map makes a frame, not {type(value).__name__}")
+        raise ArgumentTypeError(f"a campaign, a comparison or a map makes a frame, not {type(value).__name__}")
     if not isinstance(value, Comparison):
         return pandas.DataFrame(value.columns())
     frame = pandas.DataFrame(value.campaign.columns())
@@ -82,5 +82,31 @@ def _with_mask(columns: Dict[str, List[Any]]) -> Dict[str, List[Any]]:
     return columns
 
 
+def _lists(table: Mapping[str, Any]) -> Dict[str, List[Any]]:
+    """Its columns, those that it has as a named index among them."""
+    columns: Dict[str, List[Any]] = {}
+    index = getattr(table, "index", None)
+    for level, name in enumerate(getattr(index, "names", [])):
+        if name is not None:
+            columns[str(name)] = list(index.get_level_values(level))
+    for name in table:
+        if isinstance(table[name], str) or not hasattr(table[name], "__iter__"):
+            raise ArgumentTypeError(f"the column '{name}' is {table[name]!r}: give a list, one value a reading")
+        columns[str(name)] = list(table[name])
+    return columns
+
+
+def _plain(value: Any) -> Any:
+    """What numpy has, as Python's own."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise ArgumentTypeError(f"{value!r} ({type(value).__name__}) cannot stand in a campaign file: give texts, numbers, lists and dicts")
+
+
 def _is_missing(value: Any) -> bool:
-    return value is None or value != value
+    if value is None:
+        return True
+    try:
+        return bool(value != value)
+    except TypeError:  # pandas.NA is neither
+        return True

@@ -5,7 +5,7 @@ from typing import Any, Dict, Optional, Union
 
 import numpy as np
 
-from ._core import Comparison, Compliance, Diagnosis, Map
+from ._core import ArgumentError, Comparison, Compliance, Diagnosis, Map
 
 #: As in the style sheet of the pages, by light.
 COLOURS: Dict[str, str] = {
@@ -104,7 +104,7 @@ def load_deflection(diagnosis: Diagnosis, axes: Any = None) -> Any:
     """Load against deflection at the joint of the first effect found: readings, the model without the effect, and with it."""
     curve = diagnosis.joint_curve()
     if curve is None:
-        raise ValueError("no effect was found at a joint with a spring")
+        raise ArgumentError("no effect was found at a joint with a spring")
     axes = _new_axes(axes)
     load = np.asarray(curve["load"], dtype=float)
     order = np.argsort(load)

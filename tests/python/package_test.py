@@ -126,6 +126,34 @@ class Robots(unittest.TestCase):
             with self.assertRaises(ValueError):
                 ks.Robot.from_urdf(source("data/urdf/six_axis.urdf"), wrong, tip="flange")
 
+    def test_stiffnesses_have_units_where_they_are_texts(self):
+        urdf = source("data/urdf/six_axis.urdf")
+        plain = ks.Robot.from_urdf(urdf, 5e4, tip="flange").text
+        for same in ("5e4 N m/rad", "50 kN m/rad", ["5e4 N m/rad"] * 5 + [5e4], {f"joint_{i + 1}": "5e4 N m" for i in range(6)}):
+            self.assertEqual(ks.Robot.from_urdf(urdf, same, tip="flange").text, plain)
+        with self.assertRaisesRegex(ks.ArgumentError, "joint_1.*N/m"):
+            ks.Robot.from_urdf(urdf, "5e4 N/m", tip="flange")
+
+    def test_a_posture_is_found_by_its_pose(self):
+        robot = ks.Robot.read(source("data/robots/six_axis.yaml"))
+        posture = robot.posture(joints={"q2": 0.2, "q3": -0.3, "q5": 0.4})
+        np.testing.assert_allclose(robot.posture(at=posture.pose).pose, posture.pose, atol=1e-9)
+        for wrong, why in ((2 * posture.pose, "last row"), (np.diag([1, 1, -1, 1]), "right-handed"), (np.eye(3), "3 x 3")):
+            with self.assertRaisesRegex(ks.ArgumentError, why):
+                robot.posture(at=wrong)
+
+    def test_what_an_argument_cannot_be_is_an_error_of_the_package(self):
+        robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
+        for kind, call in ((ValueError, lambda: robot.posture(joints={"nowhere": 1})), (ValueError, lambda: robot.posture(at=[1])),
+                           (ValueError, lambda: robot.deflect([1])), (ValueError, lambda: ks.Stiffness(np.full((6, 6), np.nan))),
+                           (ValueError, lambda: ks.Stiffness(np.eye(6), axes=2 * np.eye(3))), (ValueError, lambda: ks.map_poses(robot, "x=")),
+                           (ValueError, lambda: ks.map_poses(robot, "x=0", threads=-1)), (ValueError, lambda: ks.campaign_of({}, robot)),
+                           (ValueError, lambda: ks.effect_kind(lambda q: q, parameters={})), (TypeError, lambda: ks.frame_of(robot)),
+                           (TypeError, lambda: ks.campaign_of({"fz": 1, "dz": [1]}, robot))):
+            with self.assertRaises(kind) as caught:
+                call()
+            self.assertIsInstance(caught.exception, ks.Error)
+
     def test_a_urdf_that_slides_and_turns_has_no_stiffness_of_one_number(self):
         pathlib.Path(self.path("crane.urdf")).write_text(
             '<robot name="crane"><link name="base"/><link name="jib"/><link name="trolley"/>'
@@ -170,6 +198,10 @@ class Robots(unittest.TestCase):
         compliance = robot.compliance(robot.posture(at=[0, 0, 0])).array[:3, :3]
         self.assertAlmostEqual(middle["stiffness=1 1 1"] * (along @ compliance @ along), 1, places=9)
         self.assertAlmostEqual(middle["weakest-translation"] * np.linalg.eigvalsh(compliance).max(), 1, places=9)
+        loaded = ks.map_poses(robot, grid, indices, wrench="100 N,0 N,-20 N,0 N m,3 N m,0 N m")
+        self.assertEqual(ks.map_poses(robot, grid, indices, wrench=[100, 0, -20, 0, 3, 0]).to_csv(), loaded.to_csv())
+        with self.assertRaisesRegex(ValueError, "a wrench is"):
+            ks.map_poses(robot, grid, wrench=[1, 2])
         with self.assertRaisesRegex(ValueError, "no index"):
             ks.map_poses(robot, grid, ["wekest"])
 
@@ -324,6 +356,20 @@ class Readings(unittest.TestCase):
         self.assertLess(abs(ks.frame_of(poses)["x"][0] + 0.051814093), 1e-9)
         self.assertEqual(list(ks.frame_of(ks.campaign_of(frame.assign(used=frame["id"] != "3"), robot))["used"]),
                          [True, True, False] + [True] * 9)
+
+    def test_frames_may_have_missing_values_and_a_named_index(self):
+        import pandas
+        readings = {"fz": [0.0, 100, 200, 300], "dz": [0.0, 1e-6, 2e-6, 3e-6], "session": ["a", "a", "b", "b"], "replicate": [1, 2, 1, 2]}
+        noise = {"noise": {"translation": 1e-6}, "wrench_point": np.array([0.0, 0, 0.1])}
+        bench = source("data/robots/bench.yaml")
+        plain = ks.compare(ks.campaign_of(readings, bench, **noise))
+        frame = pandas.DataFrame(readings | {"note": ["x", None, "y", None]}).convert_dtypes().set_index("session")
+        frame["dx"] = pandas.array([pandas.NA, 1e-7, pandas.NA, 2e-7], dtype="Float64")
+        made = ks.campaign_of(frame, bench, **noise)
+        self.assertEqual(list(ks.frame_of(made)["session"]), readings["session"])
+        np.testing.assert_array_equal(np.isnan(made.columns()["dx"]), [True, False, True, False])
+        column = made.components.index("dz")
+        np.testing.assert_allclose(ks.compare(made).residuals[:, column], plain.residuals[:, column], atol=1e-12)
 
     def test_whitened_residuals_make_the_error(self):
         comparison = ks.compare(ks.Campaign.read(source(ARM_CAMPAIGN)), threads=1)
