@@ -91,6 +91,11 @@ class Builder {
                   .axis = axis_index(joint.motion),
                   .origin = before.inverse() * frame_behind(chain_, x, places_.back().from),
                   .value = joint.factor * x_[joint.coordinate]};
+    if (const auto& range = coordinate(joint).range) {
+      const auto [one, other] =
+          std::minmax({joint.factor * range->front(), joint.factor * range->back()});
+      body.range = {one, other};
+    }
     if (has_spring(joint.coordinate)) {
       body.stiffness =
           chain_.stiffness()(joint.coordinate, joint.coordinate) / (joint.factor * joint.factor);
@@ -173,7 +178,6 @@ class Builder {
       tree_.lost.push_back(fmt::format("the compliance of the {}", common::printable(spring)));
     for (std::size_t c = 0; c < chain_.coordinates().size(); ++c) {
       const Coordinate& coordinate = chain_.coordinates()[c];
-      tree_.has_ranges |= coordinate.range.has_value();
       if (coordinate.role == Role::actuated && !has_spring(static_cast<Index>(c)))
         tree_.lost.push_back(
             fmt::format("joint {} is fixed at its command: its drive has no stiffness",
@@ -224,7 +228,6 @@ TreeBody with_least_inertia(TreeBody body) {
 
 std::vector<std::string> lost_in_file(std::vector<std::string> own, const BodyTree& tree,
                                       bool has_least_inertia) {
-  if (tree.has_ranges) own.emplace_back("ranges of joints");
   std::vector<std::string> light;
   for (const TreeBody& body : tree.bodies)
     if (body.mass < least_mass || !(body.inertia.determinant() > 0))

@@ -1,6 +1,7 @@
 // A serial robot in a posture as simulators of rigid bodies take it: bodies with joints.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct TreeBody {
   std::optional<double> stiffness = {};                 // of its spring [N/m or N m/rad]
   double rest = 0;                                      // where the spring is relaxed [m or rad]
   double damping = 0;                                   // [N s/m or N m s/rad]
+  std::optional<std::array<double, 2>> range = {};      // of its joint, where stated [m or rad]
   double mass = 0;                                      // [kg]
   spatial::Vector3 center = spatial::Vector3::Zero();   // [m] in its frame
   spatial::Matrix3 inertia = spatial::Matrix3::Zero();  // [kg m^2] about the centre, its axes
@@ -31,7 +33,6 @@ struct BodyTree {
   spatial::Vector3 gravity = spatial::Vector3::Zero();  // [m/s^2] base axes
   std::vector<TreeBody> bodies;   // from the base on; the first is on the base
   spatial::Pose tool;             // in the frame of the last body
-  bool has_ranges = false;        // the robot states how far joints go
   std::vector<std::string> lost;  // what no tree of bodies can hold, in words
 };
 
@@ -39,8 +40,8 @@ struct BodyTree {
 /// 2e-6 kg at least, and a billionth more inertia than it has, 1e-9 kg m^2 at least.
 TreeBody with_least_inertia(TreeBody body);
 
-/// All that a file lacks, in words: `own` of its format, ranges of joints, that bodies have no more
-/// than the least inertia where it `has_least_inertia`, and what no tree can hold.
+/// All that a file lacks, in words: `own` of its format, that bodies have no more than the least
+/// inertia where it `has_least_inertia`, and what no tree can hold.
 std::vector<std::string> lost_in_file(std::vector<std::string> own, const BodyTree& tree,
                                       bool has_least_inertia);
 

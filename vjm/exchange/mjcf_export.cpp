@@ -56,8 +56,14 @@ class Writer {
     add("{}  <inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{} {} {} {} {} {}\"/>\n", indent(b),
         xml_words(body.center), body.mass, inertia(0, 0), inertia(1, 1), inertia(2, 2),
         inertia(0, 1), inertia(0, 2), inertia(1, 2));
-    add("{}  <joint name=\"{}\" type=\"{}\" axis=\"{}\"{}/>\n", indent(b), name,
-        body.turns ? "hinge" : "slide", xml_words(Vector3::Unit(body.axis)), spring(body));
+    add("{}  <joint name=\"{}\" type=\"{}\" axis=\"{}\"{}{}/>\n", indent(b), name,
+        body.turns ? "hinge" : "slide", xml_words(Vector3::Unit(body.axis)), range(body),
+        spring(body));
+  }
+
+  static std::string range(const TreeBody& body) {
+    if (!body.range) return {};
+    return fmt::format(" range=\"{} {}\"", body.range->front(), body.range->back());
   }
 
   static std::string spring(const TreeBody& body) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cctype>
 #include <iterator>
 #include <numbers>
@@ -120,7 +121,11 @@ class Writer {
 namespace kinetostat::vjm {
 
 std::vector<std::string> lost_in_modelica(const BodyTree& tree) {
-  return lost_in_file({}, tree, false);
+  std::vector<std::string> own;
+  if (std::any_of(tree.bodies.begin(), tree.bodies.end(),
+                  [](const TreeBody& body) { return body.range.has_value(); }))
+    own.emplace_back("ranges of joints");
+  return lost_in_file(std::move(own), tree, false);
 }
 
 std::string modelica(const BodyTree& tree) { return modelica_export::Writer(tree).run(); }

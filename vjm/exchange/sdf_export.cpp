@@ -61,10 +61,16 @@ class Writer {
 
   void add_joint(const TreeBody& body, const std::string& parent, const std::string& link) {
     add("      <joint name=\"{}\" type=\"{}\">\n{}", xml_escaped(body.name),
-        body.turns ? "continuous" : "prismatic", pose(body.origin, parent));
+        !body.turns  ? "prismatic"
+        : body.range ? "revolute"
+                     : "continuous",
+        pose(body.origin, parent));
     add("        <parent>{}</parent>\n        <child>{}</child>\n        <axis>\n"
         "          <xyz>{}</xyz>\n",
         parent, link, xml_words(Vector3::Unit(body.axis)));
+    if (body.range)
+      add("          <limit><lower>{}</lower><upper>{}</upper></limit>\n", body.range->front(),
+          body.range->back());
     if (body.stiffness) {
       add("          <dynamics>\n            <spring_reference>{}</spring_reference>\n"
           "            <spring_stiffness>{}</spring_stiffness>\n",

@@ -55,15 +55,22 @@ class Writer {
         body.mass, i(0, 0), i(0, 1), i(0, 2), i(1, 1), i(1, 2), i(2, 2));
   }
 
-  // A prismatic joint must have limits: none that matter.
+  // A joint with limits must have those of effort and speed, a prismatic one limits: none that
+  // matter where the robot states none.
   void add_joint(const TreeBody& body, const std::string& parent, const std::string& link) {
     const std::string name = xml_escaped(body.name);
     add("  <joint name=\"{}\" type=\"{}\">\n{}    <parent link=\"{}\"/>\n    <child "
         "link=\"{}\"/>\n",
-        name, body.turns ? "continuous" : "prismatic", origin(body.origin), parent, link);
+        name,
+        !body.turns  ? "prismatic"
+        : body.range ? "revolute"
+                     : "continuous",
+        origin(body.origin), parent, link);
     add("    <axis xyz=\"{}\"/>\n", xml_words(Vector3::Unit(body.axis)));
-    if (!body.turns)
-      add("    <limit lower=\"-1000\" upper=\"1000\" effort=\"1e9\" velocity=\"1e9\"/>\n");
+    if (!body.turns || body.range) {
+      const auto [lower, upper] = body.range.value_or(std::array{-1000.0, 1000.0});
+      add("    <limit lower=\"{}\" upper=\"{}\" effort=\"1e9\" velocity=\"1e9\"/>\n", lower, upper);
+    }
     if (body.damping > 0) add("    <dynamics damping=\"{}\" friction=\"0\"/>\n", body.damping);
     add("  </joint>\n");
     if (body.stiffness)
