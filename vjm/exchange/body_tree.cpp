@@ -46,6 +46,8 @@ class Builder {
     tree_.name = robot_.name;
     tree_.gravity = robot_.manipulator.gravity();
     find_bodies();
+    for (TreeBody& body : tree_.bodies)
+      if (body.name == "world") body.name = free_name("world", tree_);
     add_masses();
     if (options_.damping_ratio > 0) add_dampers();
     tree_.tool = places_.back().frame.inverse() * kinematics_.end;

@@ -13,7 +13,7 @@ namespace kinetostat::vjm {
 /// What moves together from one joint to the next. SI units; the frame of a body is behind its
 /// joint.
 struct TreeBody {
-  std::string name;   // of its joint
+  std::string name;   // of its joint; never "world", which simulators keep for themselves
   bool turns = true;  // its joint; else it slides
   int axis = 2;       // about or along x, y or z of its frame: 0, 1, 2
   spatial::Pose

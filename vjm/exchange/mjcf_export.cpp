@@ -50,9 +50,7 @@ class Writer {
     const TreeBody body = with_least_inertia(tree_.bodies[b]);
     const Matrix3& inertia = body.inertia;
     const std::string name = xml_escaped(body.name);
-    // "world" is what the bodies are in.
-    add("{}<body name=\"{}{}\" {}>\n", indent(b), name, name == "world" ? "_link" : "",
-        place(body.origin));
+    add("{}<body name=\"{}\" {}>\n", indent(b), name, place(body.origin));
     add("{}  <inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{} {} {} {} {} {}\"/>\n", indent(b),
         xml_words(body.center), body.mass, inertia(0, 0), inertia(1, 1), inertia(2, 2),
         inertia(0, 1), inertia(0, 2), inertia(1, 2));

@@ -197,6 +197,7 @@ TEST_P(TreeExport, NoTwoThingsHaveOneName) {
   for (std::sregex_iterator at(file.begin(), file.end(), named), end; at != end; ++at)
     ++count[(one_list ? "" : at->str(1) + " ") + at->str(2)];
   for (const auto& [name, times] : count) EXPECT_EQ(times, 1) << name;
+  EXPECT_THAT(file, testing::Not(HasSubstr("joint name=\"world\"")));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TreeExport,
