@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 
@@ -10,6 +12,7 @@
 
 #include "kinetostat/common/printable.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/coordinate_law.h"
 #include "kinetostat/vjm/chain/particles.h"
 
 namespace kinetostat::vjm::body_tree_of {
@@ -185,15 +188,23 @@ class Builder {
             fmt::format("joint {} is fixed at its command: its drive has no stiffness",
                         common::printable(coordinate.name)));
     }
-    for (const Effect& effect : robot_.effects)
-      tree_.lost.push_back(
-          fmt::format("effect {}: its law, as far as it is more than a linear "
-                      "spring, a mass or a shifted frame",
-                      effect.kind->name));
+    say_what_laws_are_lost();
+    for (std::string& effect : lost_effects(robot_)) tree_.lost.push_back(std::move(effect));
     tree_.lost.emplace_back(
         options_.damping_ratio > 0
             ? "friction: the robot file has none; the damping is what was asked for"
             : "damping and friction: the robot file has none");
+  }
+
+  void say_what_laws_are_lost() {
+    for (const auto& [coordinate, law] : robot_.without_effects().chains().front().laws()) {
+      const std::string name =
+          common::printable(chain_.coordinates()[static_cast<std::size_t>(coordinate)].name);
+      tree_.lost.push_back(
+          std::dynamic_pointer_cast<const StopLaw>(law)
+              ? fmt::format("the stops of joint {}, contact springs beyond its free range", name)
+              : fmt::format("how the stiffness of joint {} changes along its way", name));
+    }
   }
 
   const Robot& robot_;
@@ -226,6 +237,29 @@ TreeBody with_least_inertia(TreeBody body) {
   body.inertia += std::max(least * body.inertia.trace(), least) * spatial::Matrix3::Identity();
   body.mass = std::max(body.mass, least_mass);
   return body;
+}
+
+namespace {
+bool is_linear_spring(const Effect& effect, const Manipulator& bare) {
+  if (!effect.kind->acts_on_joint_alone || effect.kind->varies) return false;
+  const Manipulator with = with_effects(bare, {effect});
+  const auto laws = [](std::size_t sum, const Chain& chain) { return sum + chain.laws().size(); };
+  const auto count = [&](const Manipulator& all) {
+    return std::accumulate(all.chains().begin(), all.chains().end(), std::size_t{0}, laws);
+  };
+  return count(with) == count(bare) && with.has_errors() == bare.has_errors();
+}
+}  // namespace
+
+std::vector<std::string> lost_effects(const Robot& robot) {
+  std::vector<std::string> lost;
+  for (const Effect& effect : robot.effects)
+    if (!is_linear_spring(effect, robot.without_effects()))
+      lost.push_back(
+          fmt::format("effect {}: its law, as far as it is more than a linear spring, a mass or a "
+                      "shifted frame",
+                      effect.kind->name));
+  return lost;
 }
 
 std::vector<std::string> lost_in_file(std::vector<std::string> own, const BodyTree& tree,

@@ -40,6 +40,10 @@ struct BodyTree {
 /// 2e-6 kg at least, and a billionth more inertia than it has, 1e-9 kg m^2 at least.
 TreeBody with_least_inertia(TreeBody body);
 
+/// Effects whose laws are more than a linear model of the robot has, in words: not a further
+/// compliance of a joint, which is in its spring.
+std::vector<std::string> lost_effects(const Robot& robot);
+
 /// All that a file lacks, in words: `own` of its format, that bodies have no more than the least
 /// inertia where it `has_least_inertia`, and what no tree can hold.
 std::vector<std::string> lost_in_file(std::vector<std::string> own, const BodyTree& tree,

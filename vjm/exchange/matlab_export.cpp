@@ -78,11 +78,9 @@ std::string matlab(const Robot& robot, const Posture& posture, double damping_ra
 std::vector<std::string> lost_in_matlab(const Robot& robot, double damping_ratio) {
   std::vector<std::string> lost = {"large motions: the matrices are those of this posture",
                                    "the stiffness of weight and preloads in the posture"};
-  for (const Effect& effect : robot.effects)
-    lost.push_back(
-        fmt::format("effect {}: its law, as far as it is more than a linear spring, a "
-                    "mass or a shifted frame",
-                    effect.kind->name));
+  for (std::string& effect : lost_effects(robot)) lost.push_back(std::move(effect));
+  if (!(mass_of(robot.manipulator) > 0))
+    lost.emplace_back("masses: the robot file has none, so that M is 0 and no frequency is finite");
   if (!(damping_ratio > 0)) lost.emplace_back("damping: the robot file has none");
   return lost;
 }

@@ -135,6 +135,24 @@ TEST_P(TreeExport, SaysInTheFileWhatItDoesNotHold) {
   EXPECT_EQ(GetParam().read(text).bodies.size(), 1u);  // q2 holds its command
 }
 
+TEST_P(TreeExport, SaysThatStopsAreLostAndALinearSpringIsNot) {
+  const Robot arm = parse_robot(
+      "kinetostat: 1\nname: arm\nunits: {length: m, force: N, angle: rad}\nchain_types:\n  arm:\n"
+      "    - actuator: {name: q1, axis: Rz, stiffness: 1e5}\n"
+      "    - passive: {name: p, axis: Ry, stiffness: 500, stops: {upper: 0.3, stiffness: 1e5}}\n"
+      "    - tool: [1, 0, 0]\nmanipulator: {chain: arm}\n"
+      "effects: [{effect: joint_compliance, at: q1, c: 1e-5 rad/(N m)}, {effect: hardening, at: "
+      "q1, k3: 1e9 N m/rad^3}]"
+      "\n",
+      "arm.yaml");
+  const BodyTree tree = body_tree(arm, posture_from_joints(arm.manipulator, {}).posture);
+  const std::string text = GetParam().write(tree);
+  EXPECT_THAT(text, HasSubstr("not in this file: the stops of joint p"));
+  EXPECT_THAT(text, HasSubstr("not in this file: effect hardening"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("effect joint_compliance")));
+  EXPECT_NEAR(GetParam().read(text).bodies[0].stiffness, 5e4, 1e-6);  // 1e5 and 1 / 1e-5 in series
+}
+
 // Simulators drop bodies without mass, with all behind them, or give them a kilogram.
 TEST_P(TreeExport, EveryBodyHasSomeInertiaWhereTheFormatWantsIt) {
   const Robot light = parse_robot(
@@ -252,6 +270,15 @@ TEST(TreeExport, ComesBackThroughTheImport) {
               1e-9 * exact.norm())
         << name;
   }
+}
+
+TEST(MatlabExport, SaysThatARobotWithoutMassesHasNone) {
+  const Robot light = read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/six_axis.yaml");
+  const Robot heavy = robot_of_all_kinds();
+  EXPECT_THAT(lost_in_matlab(light), Contains(HasSubstr("M is 0")));
+  EXPECT_THAT(matlab(light, posture_from_joints(light.manipulator, {}).posture),
+              HasSubstr("M is 0"));
+  EXPECT_THAT(lost_in_matlab(heavy), testing::Not(Contains(HasSubstr("M is 0"))));
 }
 
 // Of closed chains with elastic links, too: K, M and J give compliance and frequencies.
