@@ -262,10 +262,18 @@ class Reader {
     const Element* axis = holder(e, "axis", active);
     joint.axis = axis == nullptr ? Vector3::UnitZ() : xml_.direction(*axis, "axis");
     read_range(e, active, joint);
-    if (const double k = number(e, "stiffness", active, 0); k > 0) joint.stiffness = k;
+    read_spring(e, active, joint);
     if (const Element* h = holder(e, "actuatorfrcrange", active))
       joint.effort = xml_.numbers(*h, "actuatorfrcrange", 2)[1];
     return joint;
+  }
+
+  void read_spring(const Element& e, const std::string& active, DescribedJoint& joint) const {
+    const double stiffness = number(e, "stiffness", active, 0),
+                 rest = number(e, "springref", active, 0);
+    if (!(stiffness > 0)) return;
+    joint.stiffness = stiffness;
+    joint.rest = turns(joint) ? angle(rest) : rest;
   }
 
   void read_range(const Element& e, const std::string& active, DescribedJoint& joint) const {

@@ -100,6 +100,9 @@ const DescribedJoint* carrier_of(const RobotDescription& robot, const std::strin
 }
 
 bool turns(const DescribedJoint& joint) { return joint.type != JointType::prismatic; }
+bool is_out_of_range(const DescribedJoint& joint, double coordinate) {
+  return joint.limits && (coordinate < joint.limits->front() || coordinate > joint.limits->back());
+}
 
 void check_names(const RobotDescription& robot) {
   const auto fail = [&robot](int line, const std::string& key, const std::string& what) {

@@ -65,9 +65,12 @@ struct DescribedJoint {
   double mimic_factor = 1, mimic_offset = 0;
   std::optional<double> effort = {};     // largest [N or N m]
   std::optional<double> stiffness = {};  // of a spring of the joint [N/m or N m/rad]
+  std::optional<double> rest = {};       // where that is relaxed, where stated [m or rad]
 };
 
 bool turns(const DescribedJoint& joint);
+/// Whether a coordinate [m or rad] is beyond the limits of the joint.
+bool is_out_of_range(const DescribedJoint& joint, double coordinate);
 
 struct RobotDescription {
   std::filesystem::path file;

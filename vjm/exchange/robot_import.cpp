@@ -183,6 +183,7 @@ class Importer {
       if (lower > 0 || upper < 0) home = 0.5 * (lower + upper);
       if (lower < upper) range = fmt::format(", range: [{}, {}]", lower, upper);
     }
+    if (joint.rest && !is_out_of_range(joint, *joint.rest)) home = *joint.rest;
     const std::string name = io::yaml_scalar(joint.name);
     const char* unit = turns(joint) ? "N m/rad" : "N/m";
     const auto given = options_.stiffness.find(joint.name);
@@ -238,14 +239,22 @@ class Importer {
     double factor = 1, offset = 0;
   };
 
+  // Side by side with its own one.
+  static void add_spring_of_leader(const DescribedJoint& leader, const Followed& followed,
+                                   DescribedJoint& joint) {
+    const double own = joint.stiffness.value_or(0),
+                 other = *leader.stiffness / (followed.factor * followed.factor),
+                 there = followed.factor * leader.rest.value_or(0) + followed.offset;
+    joint.stiffness = own + other;
+    joint.rest = (own * joint.rest.value_or(0) + other * there) / (own + other);
+  }
+
   // A joint that is driven for another one has what that has, counted in its own motion: the spring
   // beside its own, what both limits leave, the effort.
   DescribedJoint in_place_of_leader(DescribedJoint joint, const Followed& followed) const {
     const DescribedJoint& leader = *followed.leader;
     if (leader.name == joint.name) return joint;
-    if (leader.stiffness)
-      joint.stiffness =
-          joint.stiffness.value_or(0) + *leader.stiffness / (followed.factor * followed.factor);
+    if (leader.stiffness) add_spring_of_leader(leader, followed, joint);
     if (leader.effort) joint.effort = *leader.effort / std::abs(followed.factor);
     if (leader.limits) {
       double lower = followed.factor * leader.limits->front() + followed.offset;

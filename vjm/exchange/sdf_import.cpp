@@ -269,14 +269,20 @@ class Reader {
     if (lower > upper) xml_.fail(*limit, "lower is above upper");
     if (lower > -no_limit && upper < no_limit) joint.limits = {lower, upper};
     if (effort >= 0 && effort < no_limit) joint.effort = effort;
-    const Element* dynamics = XmlFile::child(*axis, "dynamics");
-    if (const double k = number_in(dynamics, "spring_stiffness", 0); k > 0) joint.stiffness = k;
+    read_spring(XmlFile::child(*axis, "dynamics"), joint);
     if (const Element* mimic = XmlFile::child(*axis, "mimic")) {
       joint.mimics = xml_.text(*mimic, "joint");
       joint.mimic_factor = number_in(mimic, "multiplier", 1);
       joint.mimic_offset =
           number_in(mimic, "offset", 0) - joint.mimic_factor * number_in(mimic, "reference", 0);
     }
+  }
+
+  void read_spring(const Element* dynamics, DescribedJoint& joint) const {
+    const double stiffness = number_in(dynamics, "spring_stiffness", 0);
+    if (!(stiffness > 0)) return;
+    joint.stiffness = stiffness;
+    joint.rest = number_in(dynamics, "spring_reference", 0);
   }
 
   // In the frame of the joint, which is `at` in the model.

@@ -153,9 +153,13 @@ class Reader {
   void read_spring(const Element& element, RobotDescription& description) const {
     const Element* stiffness = XmlFile::child(element, "springStiffness");
     if (stiffness == nullptr) return;
+    const Element* rest = XmlFile::child(element, "springReference");
     const std::string name = xml_.text_or(element, "reference", "");
-    for (DescribedJoint& joint : description.joints)
-      if (joint.name == name) joint.stiffness = xml_.number(*stiffness, nullptr);
+    for (DescribedJoint& joint : description.joints) {
+      if (joint.name != name) continue;
+      joint.stiffness = xml_.number(*stiffness, nullptr);
+      joint.rest = rest == nullptr ? 0 : xml_.number(*rest, nullptr);
+    }
   }
 
   XmlFile xml_;

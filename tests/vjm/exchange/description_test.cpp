@@ -116,6 +116,37 @@ TEST_F(Description, OfMjcfTakesInertiaIntoTheFramesOfLinks) {
   EXPECT_LT((inertia.tensor - Vector3(0.1, 0.25, 0.2).asDiagonal().toDenseMatrix()).norm(), 1e-15);
 }
 
+// A robot stands at home with its springs relaxed: where the formats say that they are.
+TEST_F(Description, StandsWhereTheSpringsOfJointsAreRelaxed) {
+  const RobotDescription mjcf = read("ref.xml", R"(<mujoco><worldbody><body name="one">
+      <joint name="a" stiffness="1e4" springref="10"/><joint name="b" stiffness="1e4" ref="20"/>
+      <joint name="c" type="slide" stiffness="1e6" springref="0.3" range="-0.1 0.2"/>
+      </body></worldbody></mujoco>)");
+  const std::string text = import_robot(mjcf, find_chain(mjcf, "", "")).text;
+  EXPECT_THAT(text, HasSubstr(fmt::format("name: a, axis: Rz, home: {},", 10 * M_PI / 180)));
+  EXPECT_THAT(text, HasSubstr("name: b, axis: Rz, stiffness"));
+  EXPECT_THAT(text, HasSubstr("name: c, axis: Tz, range"));
+  EXPECT_THAT(text, HasSubstr("the spring of 'c' is relaxed at 0.3 m, beyond its range"));
+  const RobotDescription sdf = read("ref.sdf", R"(<sdf version="1.9"><model name="m">
+  <link name="base"/><link name="one"/>
+  <joint name="a" type="prismatic"><parent>base</parent><child>one</child><axis><xyz>1 0 0</xyz>
+    <dynamics><spring_reference>0.25</spring_reference><spring_stiffness>3e4</spring_stiffness></dynamics>
+  </axis></joint></model></sdf>)");
+  EXPECT_THAT(import_robot(sdf, find_chain(sdf, "", "")).text, HasSubstr("home: 0.25,"));
+  // A joint in the place of the one that it follows by -2 and 0.1: springs side by side.
+  const RobotDescription urdf = read("ref.urdf", R"(<robot name="r"><link name="base"/>
+  <link name="one"/><link name="finger"/>
+  <joint name="a" type="continuous"><parent link="base"/><child link="one"/>
+    <mimic joint="f" multiplier="-2" offset="0.1"/></joint>
+  <joint name="f" type="continuous"><parent link="base"/><child link="finger"/></joint>
+  <gazebo reference="a"><springStiffness>100</springStiffness><springReference>0.2</springReference></gazebo>
+  <gazebo reference="f"><springStiffness>400</springStiffness><springReference>0.3</springReference></gazebo>
+</robot>)");
+  // 100 N m/rad relaxed at 0.2, and 400 / 4 at -2 * 0.3 + 0.1.
+  const Robot again = imported(urdf, "base", "one");
+  EXPECT_NEAR(again.manipulator.chains()[0].coordinates()[0].home, (0.2 - 0.5) / 2, 1e-12);
+}
+
 // Poses in other frames, an axis in the model's, a joint beside the frame of its child, a mimic.
 TEST_F(Description, OfSdf) {
   const RobotDescription robot = read("arm.sdf", R"(<?xml version="1.0"?>
