@@ -84,6 +84,7 @@ io::Json export_robot(Run& run, const ExportRequest& request) {
   const std::string format = format_of(request, run);
   const vjm::Robot robot = request.robot.read();
   const vjm::Posture posture = request.robot.posture(robot);
+  warn_beyond_ranges(robot, posture, run);
   const Exported made = exported(format, robot, posture, request.damping);
   if (run.out()) {
     io::write_atomically(*run.out(), made.text);
@@ -95,9 +96,7 @@ io::Json export_robot(Run& run, const ExportRequest& request) {
     run.print(made.text);
   }
   io::Json json = report::inputs_and_posture(robot, posture);
-  json["format"] = format;
-  json["text"] = made.text;
-  json["lost"] = made.lost;
+  json.update({{"format", format}, {"text", made.text}, {"lost", made.lost}});
   return json;
 }
 

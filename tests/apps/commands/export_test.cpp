@@ -50,6 +50,11 @@ TEST(ExportCommand, TakesTheFormatFromTheFileOrTheOption) {
   EXPECT_THAT(unknown.err, HasSubstr(".sdf"));
 }
 
+TEST(ExportCommand, WarnsOfJointsOutsideOfTheirRanges) {
+  const std::string robot = "export data/robots/gantry.yaml --format matlab --joints ";
+  EXPECT_THAT(kinetostat(robot + "x=9999").err, HasSubstr("outside of its range"));
+}
+
 TEST(ExportCommand, RefusesRobotsOfSeveralChainsButForMatlab) {
   const test::Outcome outcome = kinetostat("export data/robots/delta.yaml");
   EXPECT_EQ(outcome.code, 3);
