@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "kinetostat/fea/mesh/primitive_surface.h"
 #include "kinetostat/fea/mesh/surface_import.h"
 #include "kinetostat/fea/surface/one_solid.h"
+#include "kinetostat/fea/surface/surface_distance.h"
 #include "kinetostat/io/cache.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
@@ -116,6 +118,18 @@ void require_size_of(const vjm::RobotDescription& robot, const SurfaceMesh& surf
         size, reach)};
 }
 
+// One in metres that is scaled as if it were in millimetres is a thousandth of it.
+void require_size_of(const vjm::ImportedBody& body, const SurfaceMesh& surface) {
+  constexpr double too_small = 1.0 / 50;
+  const double size = fea::bounding_box(surface.points).diagonal().norm(),
+               way = body.end.position().norm();
+  if (size < too_small * way)
+    throw Refusal{fmt::format(
+        "is {:.4g} mm across, and its joints {:.6g} mm apart: its unit, or its scale in the "
+        "description, is probably wrong",
+        1e3 * size, 1e3 * way)};
+}
+
 // The parts of a body together, to look at or for collisions.
 using Shapes = std::vector<vjm::DescribedShape>;
 
@@ -197,7 +211,39 @@ class BodyStudy {
       fea::append(all, placed(fea::read_surface(file, "m").mesh, shape));
     }
     require_size_of(robot_, all);
+    require_size_of(body_, all);
     return all;
+  }
+
+  // How far the nearest of a face is from the frame of its joint.
+  static double gap(const SurfaceMesh& surface, const JointInterface& face, const Vector3& frame) {
+    const fea::SurfaceLocator locator(surface);
+    double least = std::numeric_limits<double>::infinity();
+    for (const int facet : face.facets) least = std::min(least, locator.distance(frame, facet));
+    return least;
+  }
+
+  // A shape that ends far from a joint: what is between is as if rigid.
+  void warn_of_gap(const SurfaceMesh& surface, double gap, const char* frame) {
+    constexpr double fair_share = 0.25;  // of what the link is across
+    if (gap < fair_share * fea::bounding_box(surface.points).diagonal().norm()) return;
+    const std::string words = fmt::format(
+        "its shape ends {:.4g} mm from {}, and what is between is taken for rigid: check the unit "
+        "and the scale of the shape, and whether parts of it are missing",
+        1e3 * gap, frame);
+    run_.warn(fmt::format("{}: {}.", body_.name, words));
+    words_ += "; " + words;
+  }
+
+  void say_faces(const SurfaceMesh& surface, const JointInterface& held,
+                 const JointInterface& loaded) {
+    const double before = gap(surface, held, Vector3::Zero()),
+                 behind = gap(surface, loaded, body_.end.position());
+    words_ = fmt::format("{}: held at the {}, loaded at the {}", body_.name,
+                         place(held, "its joint's frame", before),
+                         place(loaded, body_.end_axis ? "that of the next" : "the tip", behind));
+    warn_of_gap(surface, before, "its joint's frame");
+    warn_of_gap(surface, behind, body_.end_axis ? "the frame of the next joint" : "the tip");
   }
 
   void identify(const Shapes& shapes, bool faces) {
@@ -209,7 +255,8 @@ class BodyStudy {
       io::write_atomically(folder_ / (stem_ + ".stl"), fea::stl_bytes(surface, stored_unit));
       const fea::LinkResult result = solved(names(shapes), held, loaded);
       io::write_json(folder_ / (stem_ + ".link.json"), report::to_json(result));
-      describe(result, held, loaded, words_of(shapes, solid));
+      say_faces(surface, held, loaded);
+      describe(result, words_of(shapes, solid));
     } catch (const common::InputError& error) {
       throw Refusal{error.details().what};
     } catch (const common::NoConvergence& error) {
@@ -297,19 +344,19 @@ class BodyStudy {
   }
 
   // "bore of radius 20 mm, 3.5 mm from its joint's frame"; to a hundredth.
-  static std::string place(const JointInterface& face, std::string_view frame) {
+  static std::string place(const JointInterface& face, std::string_view frame, double gap) {
     const auto hundredths = [](double metres) { return std::round(1e5 * metres) / 100; };
-    if (const auto* cube = std::get_if<fea::BoxSelector>(&face.selector))
-      return fmt::format("{} within {} mm of {}, as no face lies about that axis", face.words,
-                         hundredths(cube->box.sizes().x() / 2), frame);
+    if (const auto* cube = std::get_if<fea::BoxSelector>(&face.selector)) {
+      const double half = cube->box.sizes().x() / 2;
+      const bool is_around = gap < std::sqrt(3.0) * half;
+      return fmt::format("{}{} {} mm {} {}, as no face lies about that axis", face.words,
+                         is_around ? " within" : ",", hundredths(is_around ? half : gap),
+                         is_around ? "of" : "from", frame);
+    }
     return fmt::format("{}, {} mm from {}", face.words, hundredths(std::abs(face.off)), frame);
   }
 
-  void describe(const fea::LinkResult& result, const JointInterface& held,
-                const JointInterface& loaded, const std::string& mesh) {
-    words_ = fmt::format("{}: held at the {}, loaded at the {}", body_.name,
-                         place(held, "its joint's frame"),
-                         place(loaded, body_.end_axis ? "that of the next" : "the tip"));
+  void describe(const fea::LinkResult& result, const std::string& mesh) {
     if (!mesh.empty()) words_ += "; " + mesh;
     if (!result.accuracy.shortfall.empty())
       words_ +=

@@ -321,6 +321,38 @@ TEST(ImportCommand, TakesNoMeshInMillimetresForOneInMetres) {
   EXPECT_THAT(outcome.out, HasSubstr("a mesh in millimetres needs a scale of 0.001"));
 }
 
+// A rod of 0.2 m at the first of two joints, so far apart.
+std::string rod_robot(double apart, const char* rod) {
+  return fmt::format(
+      "<robot name='rod'><link name='base'/><link name='rod'><visual><origin xyz='0 0 .1'/>"
+      "<geometry>{}</geometry></visual></link><link name='end'/><joint name='one' "
+      "type='continuous'><parent link='base'/><child link='rod'/><axis xyz='0 0 1'/></joint><joint "
+      "name='two' type='continuous'><parent link='rod'/><child link='end'/><origin xyz='0 0 {}'/>"
+      "<axis xyz='0 0 1'/></joint></robot>",
+      rod, apart);
+}
+
+TEST(ImportCommand, SaysHowFarAShapeEndsFromAJoint) {
+  const auto import = [](double apart, const char* rod) {
+    io::write_atomically(working_folder() / "rod.urdf", rod_robot(apart, rod));
+    return kinetostat("import rod.urdf --identify --material steel --accuracy '20 %' -o rod.yaml");
+  };
+  constexpr char rod[] = "<cylinder radius='.03' length='.2'/>";
+  const Outcome whole = import(0.2, rod);
+  ASSERT_EQ(whole.code, 0) << whole.err;
+  EXPECT_THAT(whole.err, Not(HasSubstr("its shape ends")));
+  const Outcome half = import(1, rod);
+  ASSERT_EQ(half.code, 0) << half.err;
+  EXPECT_THAT(half.err,
+              HasSubstr("warning: rod: its shape ends 800 mm from the frame of the next"));
+  EXPECT_THAT(half.out, ContainsRegex("its[ \n]+shape[ \n]+ends[ \n]+800[ \n]+mm"));
+  const Outcome ball = import(1, "<sphere radius='.1'/>");
+  EXPECT_THAT(ball.err, ContainsRegex("its shape ends 80[0-9.]+ mm"));
+  EXPECT_THAT(ball.out, Not(HasSubstr("mm of that of the next")));
+  const Outcome tiny = import(100, rod);
+  EXPECT_THAT(tiny.out, ContainsRegex("links.rod.*its unit, or its scale"));
+}
+
 TEST(ImportCommand, RefusesToIdentifyWithoutMaterialOrPlace) {
   write_robot_of_bars(working_folder());
   const Outcome bare = kinetostat("import bars.urdf --identify -o none.yaml");
