@@ -1,6 +1,8 @@
 // kinetostat import: a robot that another program describes, as a robot file.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <set>
 
@@ -10,7 +12,9 @@
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/mesh_links.h"
+#include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/fea/link/link_file.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/imported_robot.h"
 #include "kinetostat/report/screen/wording.h"
@@ -121,6 +125,11 @@ struct WindUp {
 WindUp read_wind_up(const std::string& text) {
   WindUp wind_up;
   for (const std::string& part : split(text)) {
+    double number = 0;
+    const char* const end = part.data() + part.size();
+    if (std::from_chars(part.data(), end, number).ptr == end)
+      throw UsageError(effort_option, fmt::format("'{}' has no unit", part),
+                       "Give '5 mrad' for drives that turn, '0.1 mm' for those that slide");
     double& value = part.ends_with('m') && !part.ends_with("rad") ? wind_up.way : wind_up.angle;
     value = quantity(effort_option, part,
                      &value == &wind_up.way ? dimension::length : dimension::angle, {});
@@ -129,21 +138,34 @@ WindUp read_wind_up(const std::string& text) {
   return wind_up;
 }
 
+// It gives no drive a stiffness; one of them has an effort, but is of the other sort.
+[[noreturn]] void refuse_effort(const std::string& text, const DescribedJoint* of_other_sort) {
+  if (of_other_sort == nullptr)
+    throw UsageError(effort_option, "the description gives no drive a limit of its effort",
+                     fmt::format("Use {}", stiffness_option));
+  const bool turning = turns(*of_other_sort);
+  throw UsageError(effort_option,
+                   fmt::format("'{}' says nothing of '{}', which {}", text, of_other_sort->name,
+                               turning ? "turns" : "slides"),
+                   turning ? "Give an angle, '5 mrad'" : "Give a length, '0.1 mm'");
+}
+
 void add_by_effort(const std::vector<DescribedJoint>& drives, const std::string& text,
                    std::map<std::string, double>& result) {
   const WindUp wind_up = read_wind_up(text);
   bool any = false;
+  const DescribedJoint* of_other_sort = nullptr;
   for (const DescribedJoint& drive : drives) {
     any = any || drive.stiffness;
     if (drive.stiffness) continue;  // that is none to be guessed
     const double yields = turns(drive) ? wind_up.angle : wind_up.way;
-    if (!(drive.effort.value_or(0) > 0) || !(yields > 0)) continue;
+    if (!(drive.effort.value_or(0) > 0)) continue;
+    if (!(yields > 0)) of_other_sort = &drive;
+    if (!(yields > 0)) continue;
     result[drive.name] = *drive.effort / yields;
     any = true;
   }
-  if (!any)
-    throw UsageError(effort_option, "the description gives no drive a limit of its effort",
-                     fmt::format("Use {}", stiffness_option));
+  if (!any) refuse_effort(text, of_other_sort);
 }
 
 Packages read_packages(const std::vector<std::string>& texts) {
@@ -154,8 +176,20 @@ Packages read_packages(const std::vector<std::string>& texts) {
       throw UsageError("--package", fmt::format("'{}' is not NAME=FOLDER", text),
                        "Write --package ur_description=/opt/ur_description");
     packages.emplace_back(text.substr(0, sign), text.substr(sign + 1));
+    if (!std::filesystem::is_directory(packages.back().second))
+      throw UsageError("--package",
+                       fmt::format("there is no folder '{}'", packages.back().second.string()),
+                       "Give the folder that the package is in");
   }
   return packages;
+}
+
+// Before the first link is looked at.
+template <class Parse>
+void require_readable(const char* option, const std::string& text, const Parse& parse) try {
+  (void)parse(text);
+} catch (const common::InputError& error) {
+  throw UsageError(option, error.details().what, error.details().cure);
 }
 
 // As link files have it: a name for a usual one.
@@ -163,9 +197,11 @@ std::string material_of(const std::string& text) {
   if (text == "steel") return "{E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}";
   if (text == "aluminium") return "{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}";
   if (text == "cast-iron") return "{E: 110 GPa, nu: 0.26, density: 7200 kg/m^3}";
-  if (text.starts_with('{')) return text;
-  throw UsageError(material_option, fmt::format("'{}' is no material that is known", text),
-                   "Give steel, aluminium, cast-iron, or '{E: 70 GPa, nu: 0.33}'");
+  if (!text.starts_with('{'))
+    throw UsageError(material_option, fmt::format("'{}' is no material that is known", text),
+                     "Give steel, aluminium, cast-iron, or '{E: 70 GPa, nu: 0.33}'");
+  require_readable(material_option, text, fea::parse_material);
+  return text;
 }
 
 vjm::ImportOptions stiffnesses(const ImportRequest& request,
@@ -207,6 +243,7 @@ io::Json import(const ImportRequest& request, Run& run) {
   }
   MeshLinks links;
   if (request.identify) {
+    require_readable("--accuracy", request.accuracy, fea::parse_accuracy);
     links = identify_bodies(model, robot.bodies,
                             {.packages = packages,
                              .material = material_of(request.material),
@@ -242,16 +279,19 @@ void add_identify_options(OptionList& app, ImportRequest& request) {
       .type_name("NAME=FOLDER")
       .hide_default()
       .one_at_a_time();
-  app.add_flag("--identify", request.identify,
-               "Find the compliance of links from their shapes, held and loaded about the axes of "
-               "their joints");
+  const Option identify =
+      app.add_flag("--identify", request.identify,
+                   "Find the compliance of links from their shapes, held and loaded about the axes "
+                   "of their joints");
   app.add_option(material_option, request.material,
                  "Of links that are identified: steel, aluminium, cast-iron, or as in link files "
                  "'{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}'")
-      .type_name("MATERIAL");
+      .type_name("MATERIAL")
+      .needs(identify);
   app.add_option("--accuracy", request.accuracy, "Of links that are identified")
       .type_name("PERCENT")
-      .show_default();
+      .show_default()
+      .needs(identify);
   app.add_flag("--no-cache", request.no_cache, "Make the volume meshes anew, and do not keep them");
 }
 

@@ -414,6 +414,14 @@ void read_rest(const YamlNode& top, LinkSpec& spec) {
 
 }  // namespace
 
+Material parse_material(const std::string& text) {
+  return read_material(io::parse_yaml("material: " + text, "").at("material")).material;
+}
+
+double parse_accuracy(const std::string& text) {
+  return read_accuracy(io::parse_yaml("accuracy: " + text, "").at("accuracy"));
+}
+
 LinkSpec read_link(const std::filesystem::path& file) {
   const YamlNode top = io::read_yaml(file);
   io::check_format_version(top);

@@ -104,4 +104,9 @@ std::vector<Material> materials_of(const LinkSpec& spec);
 /// Throws InputError with file, line and key.
 LinkSpec read_link(const std::filesystem::path& file);
 
+/// A material, "{E: 70 GPa, nu: 0.33}", and an accuracy, "5 %", as link files have them. Both throw
+/// common::InputError.
+Material parse_material(const std::string& text);
+double parse_accuracy(const std::string& text);
+
 }  // namespace kinetostat::fea

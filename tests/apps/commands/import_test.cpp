@@ -83,7 +83,11 @@ TEST(ImportCommand, TakesTheStiffnessOfSomeDrivesByNameAndOfOthersByEffort) {
   const Outcome misspelt = kinetostat(import + "--joint-stiffness joint_9=7e4");
   EXPECT_EQ(misspelt.code, 2);
   EXPECT_THAT(misspelt.err, HasSubstr("there is no drive 'joint_9'"));
-  EXPECT_EQ(kinetostat(import + "--joint-stiffness-by-effort 0").code, 2);
+  EXPECT_EQ(kinetostat(import + "--joint-stiffness-by-effort '0 mrad'").code, 2);
+  EXPECT_THAT(kinetostat(import + "--joint-stiffness-by-effort 5").err,
+              HasSubstr("'5' has no unit. Give '5 mrad' for drives that turn"));
+  EXPECT_THAT(kinetostat(import + "--joint-stiffness-by-effort '5 mm'").err,
+              HasSubstr("which turns. Give an angle"));
 }
 
 // A slide on a joint that turns and has a spring of its own.
@@ -361,6 +365,18 @@ TEST(ImportCommand, RefusesToIdentifyWithoutMaterialOrPlace) {
   EXPECT_EQ(kinetostat("import bars.urdf --identify --material steel").code, 2);
   EXPECT_EQ(kinetostat("import bars.urdf --identify --material wood -o none.yaml").code, 2);
   EXPECT_EQ(kinetostat("import bars.urdf --package parts -o none.yaml").code, 2);
+  const auto refused = [](const std::string& options, const char* why) {
+    const Outcome outcome = kinetostat("import bars.urdf -o none.yaml " + options);
+    EXPECT_EQ(outcome.code, 2) << options;
+    EXPECT_THAT(outcome.err, HasSubstr(why)) << options;
+    EXPECT_FALSE(std::filesystem::exists(working_folder() / "none.yaml")) << options;
+  };
+  refused("--package bar_parts=/nowhere", "there is no folder '/nowhere'");
+  refused("--identify --material '{E: 70, nu: 0.3}'", "--material: '70' has no unit");
+  refused("--identify --material '{E: 70 GPa, nu: 0.7}'", "--material: ");
+  refused("--identify --material steel --accuracy 20", "--accuracy: '20' is not between");
+  refused("--material steel", "--identify");
+  refused("--accuracy '2 %'", "--identify");
 }
 
 TEST(ImportCommand, ReadsOtherFormats) {
