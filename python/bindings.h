@@ -19,6 +19,10 @@ struct RobotValue {
 
 RobotValue robot_from(const std::filesystem::path& file, const vjm::EffectKinds& kinds = {});
 
+/// Writes the file unless it would not be read there, as where it names files beside another one.
+RobotValue write_robot(const std::filesystem::path& file, const std::string& text,
+                       const vjm::EffectKinds& kinds);
+
 /// Readings, and the robot that they are of.
 struct CampaignValue {
   RobotValue robot;

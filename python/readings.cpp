@@ -330,8 +330,7 @@ void add_adoption(py::module_& module) {
       .def(
           "write",
           [](const AdoptionValue& v, const Path& file) {
-            io::write_atomically(file, v.adopted.text);
-            return robot_from(file, v.robot.kinds);
+            return write_robot(file, v.adopted.text, v.robot.kinds);
           },
           py::arg("file"))
       .def("__repr__", [](const AdoptionValue& v) {

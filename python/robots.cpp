@@ -132,13 +132,12 @@ RobotValue from_urdf(const Path& file, const GivenStiffness& stiffness, const st
   return {vjm::parse_robot(text, file), text};
 }
 
-RobotValue written(const RobotValue& value, const Path& file) {
-  io::write_atomically(file, value.text);
-  return robot_from(file, value.kinds);
-}
-
 RobotValue parsed(const std::string& text, const Path& file, const vjm::EffectKinds& kinds) {
   return {vjm::parse_robot(text, file, {.kinds = kinds}), text, kinds};
+}
+
+RobotValue written(const RobotValue& value, const Path& file) {
+  return write_robot(file, value.text, value.kinds);
 }
 
 // The bytes of the file and where it stands: of what is in Python alone there are none.
@@ -286,6 +285,13 @@ void add_deflections(py::module_& module) {
 
 RobotValue robot_from(const std::filesystem::path& file, const vjm::EffectKinds& kinds) {
   return {vjm::read_robot(file, {.kinds = kinds}), io::read_text(file), kinds};
+}
+
+RobotValue write_robot(const std::filesystem::path& file, const std::string& text,
+                       const vjm::EffectKinds& kinds) {
+  RobotValue robot = {vjm::parse_robot(text, file, {.kinds = kinds}), text, kinds};
+  io::write_atomically(file, text);
+  return robot;
 }
 
 void add_robots(py::module_& module) {

@@ -173,6 +173,17 @@ class Robots(unittest.TestCase):
             self.assertEqual((other.name, other.file, other.text), (robot.name, robot.file, robot.text))
             np.testing.assert_array_equal(other.compliance().array, robot.compliance().array)
 
+    def test_a_robot_that_cannot_be_read_elsewhere_is_not_written_there(self):
+        robot = ks.Robot.read(source("data/robots/orthoglide_fea.yaml"))  # names link files beside it
+        there = self.path("elsewhere.yaml")
+        with self.assertRaises(ks.InputError):
+            robot.write(there)
+        self.assertFalse(there.exists())
+        there.write_text("what was there")
+        with self.assertRaises(ks.InputError):
+            robot.write(there)
+        self.assertEqual(there.read_text(), "what was there")
+
     def test_a_link_has_the_numbers_of_its_file(self):
         file = source("data/links/foot.link.json")
         link, content = ks.Link.read(file), json.loads(pathlib.Path(file).read_text())
