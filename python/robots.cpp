@@ -34,9 +34,17 @@ using Path = std::filesystem::path;
 using Kinds = std::vector<std::shared_ptr<vjm::EffectKind>>;  // pybind11 knows no const
 
 vjm::EffectKinds all(const Kinds& kinds) {
-  if (std::find(kinds.begin(), kinds.end(), nullptr) != kinds.end())
-    throw py::type_error("kinds: None is no kind of effect");
-  return {kinds.begin(), kinds.end()};
+  std::map<std::string, std::shared_ptr<const vjm::EffectKind>> by_name;
+  vjm::EffectKinds result;
+  for (const auto& kind : kinds) {
+    if (!kind) throw py::type_error("kinds: None is no kind of effect");
+    const auto [known, is_new] = by_name.emplace(kind->name, kind);
+    if (is_new) result.push_back(kind);
+    if (known->second != kind)
+      throw py::value_error(fmt::format(
+          "kinds: two are called '{}', give each a name of its own (name=...)", kind->name));
+  }
+  return result;
 }
 
 // The drives, as the robot's chains name them: "q1", or "x.rho" where there are several chains.

@@ -9,7 +9,7 @@ import math
 import re
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Union
 
-from ._core import ArgumentError, FunctionKind, Robot, law_variables, usual_values
+from ._core import ArgumentError, ArgumentTypeError, FunctionKind, Robot, law_variables, usual_values
 
 _FUNCTIONS = {"sin": "sin", "cos": "cos", "tan": "tan", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "sinh": "sinh",
               "cosh": "cosh", "tanh": "tanh", "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh", "exp": "exp", "log": "ln",
@@ -142,11 +142,34 @@ def _checked(function: Callable[..., Any], arguments: List[str], variables: List
         found = complex(function(*shifted))
         return found.real, found.imag / step
 
+    for argument, derivative in derivatives.items():
+        _check_arguments(derivative, argument, arguments)
     for share in (0.3, -0.7):
         at = [share * 1e-4] * (len(variables) - len(usual)) + [float(value) * (1 + 0.1 * share) for value in usual]
+        values = [at[place] for place in places]
+        _number(function(*values), "the function")
+        for argument, derivative in derivatives.items():
+            _number(derivative(*values), f"derivatives['{argument}']")
         for argument, place in zip(arguments, places):
             _check_slope(call, at, place, argument)
     return call
+
+
+def _number(found: Any, what: str) -> None:
+    try:
+        float(found)
+    except (TypeError, ValueError) as error:
+        raise ArgumentTypeError(f"{what} returns {found!r} ({type(found).__name__}), and a law is one number") from error
+
+
+def _check_arguments(derivative: Any, argument: str, arguments: List[str]) -> None:
+    if not callable(derivative):
+        raise ArgumentTypeError(f"derivatives['{argument}'] is {derivative!r}, and not a function of ({', '.join(arguments)})")
+    try:
+        inspect.signature(derivative).bind(*arguments)
+    except TypeError as error:
+        raise ArgumentTypeError(f"derivatives['{argument}'] does not take the arguments of the function, "
+                                f"({', '.join(arguments)}): {error}") from error
 
 
 def _check_slope(call: Callable[[List[float], int], Any], at: List[float], place: int, argument: str) -> None:
@@ -177,8 +200,9 @@ def with_effects(robot: Robot, *kinds: EffectKind, effects: Sequence[Mapping[str
     In memory: write() keeps all but functions, which Robot.read(file, kinds=robot.kinds) takes again."""
     text = robot.text
     for kind in kinds:
-        if kind.formula is not None:
-            text = _with_item(text, "effect_kinds", f"{kind.name}: {json.dumps(kind._entry)}", "")
+        item = f"{kind.name}: {json.dumps(kind._entry)}"
+        if kind.formula is not None and item not in text:
+            text = _with_item(text, "effect_kinds", item, "")
     for key, items in (("effects", effects), ("uncertain", uncertain)):
         for item in items:
             text = _with_item(text, key, json.dumps(dict(item)), "- ")

@@ -114,11 +114,35 @@ class Laws(Folder):
         refused(lambda q, a: a * q, "'q' is no variable")
         refused(lambda d: d, "does not take its parameter 'a'")
         refused(lambda d, a: a * d, "none of 'force'", law="torque")
+        def of_no_sort(function, words, **keys):
+            with self.assertRaisesRegex(ks.ArgumentTypeError, words):
+                ks.effect_kind(function, name="bad", parameters={"a": {"unit": "N/m", "between": [0, 10], "prior": 1}}, **keys)
+        of_no_sort(lambda d, a: None, "function returns None")
+        of_no_sort(lambda d, a: (a * d, 0.0), "function returns .*tuple")
+        of_no_sort(lambda d, a: np.array([a * d, d]), "function returns .*ndarray")
+        of_no_sort(lambda d, a: a * d, r"'d'\] does not take .*\(d, a\)", derivatives={"d": lambda d: 1.0})
+        of_no_sort(lambda d, a: a * d, r"'d'\] returns None", derivatives={"d": lambda d, a: None})
+        of_no_sort(lambda d, a: a * d, r"'d'\] is 5", derivatives={"d": 5})
         with self.assertRaisesRegex(ValueError, "catalogue has a 'friction'"):
             ks.effect_kind(drag, name="friction", parameters=PARAMETERS, formula=False)
         with self.assertRaises(ks.InputError) as caught:
             ks.with_effects(self.bench(), self.kinds()["formula"], effects=[{"effect": "drag", "at": "nowhere", "a": "1 N", "w": "1 um"}])
         self.assertGreater(caught.exception.line, 0)
+
+
+    def test_no_two_laws_have_one_name(self):
+        def other(d, a, w):
+            return 2 * a * np.tanh(d / w)
+        formula, called = (ks.effect_kind(other, name="drag", parameters=PARAMETERS, formula=way) for way in (True, False))
+        kinds = self.kinds()
+        for robot, added in ((self.bench(), (kinds["formula"], formula)), (self.bench(), (kinds["called"], called)),
+                             (self.bench(), (kinds["formula"], called)), (ks.with_effects(self.bench(), kinds["called"]), (called,)),
+                             (ks.with_effects(self.bench(), kinds["formula"]), (formula,))):
+            with self.assertRaisesRegex(ValueError, "called 'drag'"):
+                ks.with_effects(robot, *added)
+        for kind in (kinds["formula"], kinds["called"]):  # the same again
+            once = ks.with_effects(self.bench(), kind)
+            self.assertEqual(ks.with_effects(once, kind).text, once.text)
 
 
 def mixed_by_hand(d, a):

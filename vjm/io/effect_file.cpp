@@ -209,10 +209,17 @@ Eigen::VectorXd usual_values(const std::vector<EffectParameter>& parameters) {
   return values;
 }
 
-EffectKinds read_effect_kinds(const YamlNode& top) {
-  EffectKinds kinds;
+EffectKinds read_effect_kinds(const YamlNode& top, const EffectKinds& given) {
+  EffectKinds kinds = given;
   if (const auto own = top.find("effect_kinds"))
-    for (const auto& [name, node] : own->members()) kinds.push_back(read_user_kind(name, node));
+    for (const auto& [name, node] : own->members()) {
+      if (std::any_of(kinds.begin(), kinds.end(),
+                      [&name = name](const auto& kind) { return kind->name == name; }))
+        node.fail(fmt::format("another kind of effect is called '{}' already", name),
+                  "Give each a name of its own");
+      kinds.push_back(read_user_kind(name, node));
+    }
+  std::rotate(kinds.begin(), kinds.begin() + std::ssize(given), kinds.end());
   return kinds;
 }
 

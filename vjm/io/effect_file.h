@@ -7,8 +7,9 @@
 namespace kinetostat::vjm {
 
 /// Reads `effect_kinds: {NAME: {force: FORMULA, parameters: {...}}}` from the top of a robot file.
-/// Throws common::InputError for what the catalogue has already and for formulas that do not do.
-EffectKinds read_effect_kinds(const io::YamlNode& top);
+/// `given`: kinds that stand beside them, at the end of what is returned. Throws common::InputError
+/// for what the catalogue or another kind is called and for formulas that do not do.
+EffectKinds read_effect_kinds(const io::YamlNode& top, const EffectKinds& given = {});
 
 /// Reads `{a: {unit: N, between: [0, 100], prior: 10, none: 0}}`, the parameters of one kind: the
 /// first is its size, the others say how it acts.

@@ -765,8 +765,7 @@ void add_fitted_and_effects(const YamlNode& top, const Manipulator& bare, Source
   robot.fitted = read_fitted(top, bare, sources);
   const Manipulator plain =
       with_fitted(bare, robot.fitted, nominal).with_gravity(read_gravity(top));
-  robot.own_kinds = read_effect_kinds(top);
-  robot.own_kinds.insert(robot.own_kinds.end(), given.begin(), given.end());
+  robot.own_kinds = read_effect_kinds(top, given);
   robot.effects = read_effects(top, robot.kinds(), plain, robot.units);
   take_fitted_values(top, plain, robot.units, robot.effects);
   meet_values(robot.file, sources, robot.effects);
