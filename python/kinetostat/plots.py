@@ -5,7 +5,7 @@ from typing import Any, Dict, Optional, Union
 
 import numpy as np
 
-from ._core import ArgumentError, Comparison, Compliance, Diagnosis, Map
+from ._core import ArgumentError, ArgumentTypeError, Comparison, Compliance, Diagnosis, Map, Stiffness
 
 #: As in the style sheet of the pages, by light.
 COLOURS: Dict[str, str] = {
@@ -32,6 +32,12 @@ def _label(axes: Any, x: str, y: str, title: str) -> Any:
     return axes
 
 
+def _require(value: Any, *kinds: type) -> None:
+    if not isinstance(value, kinds):
+        wanted = " or a ".join(kind.__name__ for kind in kinds)
+        raise ArgumentTypeError(f"this chart is of a {wanted}, not of {'None' if value is None else 'a ' + type(value).__name__}")
+
+
 def _coordinate(name: str) -> str:
     return f"{name}, {'rad' if name.startswith('r') else 'm'}"
 
@@ -45,6 +51,7 @@ def _stage_colour(name: str, last: bool) -> str:
 def waterfall(result: Union[Diagnosis, Comparison], axes: Any = None) -> Any:
     """How the error falls from model to model, in units of the noise: of a diagnosis on readings that are left out of the fit in
     turn, with intervals; of a comparison on the readings that were fitted."""
+    _require(result, Diagnosis, Comparison)
     if isinstance(result, Diagnosis):
         stages = [(one["name"], one["whitened"], one.get("lower"), one.get("upper")) for one in result.result["waterfall"]]
     else:
@@ -66,7 +73,10 @@ def waterfall(result: Union[Diagnosis, Comparison], axes: Any = None) -> Any:
 
 def stiffness_map(found: Map, index: Optional[str] = None, axes: Any = None) -> Any:
     """One index over the first two coordinates that vary; along the poses where only one does, or none."""
+    _require(found, Map)
     columns = found.columns()
+    if index is not None and index not in found.indices:
+        raise ArgumentError(f"the map has no index '{index}': it has " + ", ".join(f"'{one}'" for one in found.indices))
     name = index if index is not None else found.indices[0]
     moving = [key for key in ("x", "y", "z", "rx", "ry", "rz") if np.ptp(columns[key]) > 0]
     axes = _new_axes(axes)
@@ -84,8 +94,13 @@ def stiffness_map(found: Map, index: Optional[str] = None, axes: Any = None) -> 
     return _label(axes, _coordinate(moving[0]), _coordinate(moving[1]), found.headline)
 
 
-def ellipsoid(compliance: Compliance, force: float = 1.0, axes: Any = None) -> Any:
-    """Where a force of this size [N] takes the point, from all directions: x = C F, C the translational 3x3 [m/N]."""
+def ellipsoid(compliance: Union[Compliance, Stiffness], force: float = 1.0, axes: Any = None) -> Any:
+    """Where a force of this size [N] takes the point, from all directions: x = C F, C the translational 3x3 [m/N].
+
+    A Stiffness is drawn by its inverse."""
+    _require(compliance, Compliance, Stiffness)
+    if isinstance(compliance, Stiffness):
+        compliance = compliance.inverse()
     u, v = np.mgrid[0:2 * np.pi:49j, 0:np.pi:25j]
     sphere = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
     there = np.einsum("ij,jkl->ikl", force * compliance.array[:3, :3], sphere)
@@ -102,6 +117,7 @@ def ellipsoid(compliance: Compliance, force: float = 1.0, axes: Any = None) -> A
 
 def load_deflection(diagnosis: Diagnosis, axes: Any = None) -> Any:
     """Load against deflection at the joint of the first effect found: readings, the model without the effect, and with it."""
+    _require(diagnosis, Diagnosis)
     curve = diagnosis.joint_curve()
     if curve is None:
         raise ArgumentError("no effect was found at a joint with a spring")

@@ -67,6 +67,18 @@ class Charts(unittest.TestCase):
         ends = [np.array(line.get_data_3d()) for line in axes.get_lines()]
         sizes = [np.linalg.norm(end[:, 1] - end[:, 0]) / 2 for end in ends]
         np.testing.assert_allclose(sizes, 100 * np.linalg.eigvalsh(compliance.array[:3, :3]), rtol=1e-9)
+        inverse = drawn(plots.ellipsoid(compliance.inverse(), force=100))  # a stiffness: of what it yields
+        ends = [np.array(line.get_data_3d()) for line in inverse.get_lines()]
+        np.testing.assert_allclose([np.linalg.norm(end[:, 1] - end[:, 0]) / 2 for end in ends], sizes, rtol=1e-6)
+
+    def test_of_what_is_none_of_these(self):
+        robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
+        for chart in (plots.waterfall, plots.stiffness_map, plots.ellipsoid, plots.load_deflection):
+            for other in (None, robot):
+                with self.assertRaisesRegex(ks.ArgumentTypeError, "this chart is of a .*, not of"):
+                    chart(other)
+        with self.assertRaisesRegex(ks.ArgumentError, "no index 'nope': it has 'weakest-translation'"):
+            plots.stiffness_map(ks.map_poses(robot, "x=0,y=0,z=0"), index="nope")
 
 
 if __name__ == "__main__":
