@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <memory>
 
 #include <fmt/format.h>
@@ -40,7 +41,13 @@ bool is_date(const std::string& text) {
     if (form[i] == '0' ? std::isdigit(static_cast<unsigned char>(text[i])) == 0
                        : text[i] != form[i])
       return false;
-  return text.substr(5, 2) <= "12" && text.substr(8) <= "31";
+  const auto number = [&text](std::size_t at, std::size_t count) {
+    return std::stoi(text.substr(at, count));
+  };
+  return std::chrono::year_month_day(std::chrono::year(number(0, 4)),
+                                     std::chrono::month(static_cast<unsigned>(number(5, 2))),
+                                     std::chrono::day(static_cast<unsigned>(number(8, 2))))
+      .ok();
 }
 
 std::string text_in(const io::Json& json, const char* key) {
@@ -89,6 +96,10 @@ MemberList read_list(const fs::path& file) {
   MemberList list{.name = top.at("fleet").text(), .members = {}};
   for (const io::YamlNode& item : top.at("robots").items())
     list.members.push_back(listed_member(item, file.parent_path()));
+  if (list.members.empty())
+    top.at("robots").fail("the list is empty",
+                          "Write a line '- {serial: A1, date: 2026-05-02, "
+                          "file: a1.json}' for each robot");
   return list;
 }
 

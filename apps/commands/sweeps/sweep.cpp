@@ -119,6 +119,8 @@ class Sweep {
         lines_.begin(), lines_.end(), [](const auto& l) { return has_failed(l.second); }));
   }
   std::size_t count() const { return lines_.size(); }
+  /// By the names of results that no cell can hold, what these consist of.
+  const std::map<std::string, std::string>& parts() const { return parts_; }
 
  private:
   // What an earlier run that was stopped has done of the same sweep; a line that was cut short is
@@ -168,7 +170,11 @@ class Sweep {
       refused_[r] = child.words;
       return;
     }
-    lines_[r] = line_of(r, code, json_in(child.words));
+    const io::Json result = json_in(child.words);
+    lines_[r] = line_of(r, code, result);
+    for (const auto& [name, path] : plan_.results)
+      if (std::string parts = parts_of_result(result, path); !parts.empty())
+        parts_[name] = std::move(parts);
     if (to_keep_.is_open()) to_keep_ << lines_[r] << std::flush;
   }
 
@@ -221,6 +227,7 @@ class Sweep {
   std::vector<std::size_t> wanted_;
   std::map<std::size_t, std::string> lines_;    // by the numbers of the runs
   std::map<std::size_t, std::string> refused_;  // what was said
+  std::map<std::string, std::string> parts_;
   std::ofstream to_keep_;
   std::size_t known_ = 0;
 };
@@ -229,6 +236,8 @@ class Sweep {
 struct SweepTable {
   std::string text;
   std::size_t runs = 0, failed = 0;
+  std::map<std::string, std::string> parts =
+      {};  // of results that no cell can hold, by their names
 };
 
 SweepTable made_here(Run& run, const SweepRequest& request, const SweepPlan& plan) {
@@ -237,7 +246,7 @@ SweepTable made_here(Run& run, const SweepRequest& request, const SweepPlan& pla
   Sweep work(plan, part_of("--part", request.part), kept);
   if (work.known() > 0) run.remark(fmt::format("{} runs were done before", work.known()));
   work.run(run);
-  SweepTable table{work.table(), work.count(), work.failed()};
+  SweepTable table{work.table(), work.count(), work.failed(), work.parts()};
   if (run.out()) {
     io::write_atomically(*run.out(), table.text);
     std::error_code ignored;
@@ -269,7 +278,10 @@ void say_what_is_empty(Run& run, const SweepPlan& plan, const SweepTable& table)
     bool is_empty = column.has_value();
     for (std::size_t r = 0; is_empty && r < rows.rows(); ++r)
       is_empty = rows.cell(r, *column).empty();
-    if (is_empty)
+    if (const auto parts = table.parts.find(name); is_empty && parts != table.parts.end())
+      run.remark(fmt::format("'{}' is empty: '{}' is no single value, it has {}", name, path,
+                             parts->second));
+    else if (is_empty)
       run.remark(
           fmt::format("'{}' is empty: no run has the result '{}' (the command with --json - "
                       "shows what there is)",

@@ -7,10 +7,12 @@
 #include <glob.h>
 #include <numeric>
 #include <random>
+#include <set>
 #include <sstream>
 
 #include <boost/random/sobol.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
@@ -188,6 +190,48 @@ void take_words(const YamlNode& vary, const std::vector<Varied>& all, SweepPlan&
   }
 }
 
+// Of the columns of the table each has its own name.
+void take_results(const YamlNode& results, SweepPlan& plan) {
+  std::set<std::string> taken(plan.keys.begin(), plan.keys.end());
+  taken.insert({"run", "exit"});
+  for (const auto& [name, path] : results.members()) {
+    if (!taken.insert(name).second)
+      path.fail(fmt::format("the table has a column '{}' already", name),
+                "Give the result another name");
+    plan.results.emplace_back(name, path.text());
+  }
+}
+
+// What varies is set by each run, over what the command says.
+void refuse_set_of_varied(const YamlNode& command, const SweepPlan& plan) {
+  for (std::size_t w = 0; w < plan.command.size(); ++w) {
+    std::string set = plan.command[w];
+    if (set == "--set" && w + 1 < plan.command.size()) set += "=" + plan.command[w + 1];
+    for (const std::string& key : plan.keys)
+      if (set.starts_with("--set=" + key + "="))
+        command.fail(fmt::format("it sets '{}', which varies", key),
+                     "Leave that out here, or under 'vary'");
+  }
+}
+
+const io::Json* result_at(const io::Json& result, const std::string& path) {
+  const io::Json* at = &result;
+  std::istringstream parts(path);
+  for (std::string part; std::getline(parts, part, '.');) {
+    if (at->is_object() && at->contains(part)) {
+      at = &(*at)[part];
+      continue;
+    }
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
+    if (!at->is_array() || error != std::errc() || end != part.data() + part.size() ||
+        number >= at->size())
+      return nullptr;
+    at = &(*at)[number];
+  }
+  return at;
+}
+
 }  // namespace
 
 SweepPlan read_sweep(const std::filesystem::path& file) {
@@ -207,14 +251,17 @@ SweepPlan read_sweep(const std::filesystem::path& file) {
     auto [varied, count] = read_varied(item);
     if (std::find(plan.keys.begin(), plan.keys.end(), varied.key) != plan.keys.end())
       item.fail(fmt::format("'{}' varies already", varied.key), "Give each key once");
+    if (varied.key == "run" || varied.key == "exit")
+      item.fail(fmt::format("the table has a column '{}' already", varied.key),
+                "Choose another word for what varies");
     plan.keys.push_back(varied.key);
     all.push_back(std::move(varied));
     steps.push_back(count);
   }
   if (all.empty()) top.at("vary").fail("nothing is varied");
   take_words(top.at("vary"), all, plan);
-  for (const auto& [name, path] : top.at("results").members())
-    plan.results.emplace_back(name, path.text());
+  take_results(top.at("results"), plan);
+  refuse_set_of_varied(top.at("command"), plan);
   const auto sample = top.find("sample");
   if (sample) sample->allow_only({"method", "count", "seed"});
   const bool is_grid =
@@ -224,23 +271,22 @@ SweepPlan read_sweep(const std::filesystem::path& file) {
 }
 
 std::string result_cell(const io::Json& result, const std::string& path) {
-  const io::Json* at = &result;
-  std::istringstream parts(path);
-  for (std::string part; std::getline(parts, part, '.');) {
-    if (at->is_object() && at->contains(part)) {
-      at = &(*at)[part];
-      continue;
-    }
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-    if (!at->is_array() || error != std::errc() || end != part.data() + part.size() ||
-        number >= at->size())
-      return {};
-    at = &(*at)[number];
-  }
+  const io::Json* const at = result_at(result, path);
+  if (at == nullptr) return {};
   if (at->is_number_float()) return fmt::format("{}", at->get<double>());
   if (at->is_string()) return at->get<std::string>();
   return at->is_primitive() && !at->is_null() ? at->dump() : std::string();
+}
+
+std::string parts_of_result(const io::Json& result, const std::string& path) {
+  const io::Json* const at = result_at(result, path);
+  if (at == nullptr || !at->is_structured()) return {};
+  std::vector<std::string> paths;
+  for (const auto& [key, part] : at->items()) paths.push_back(path + "." + key);
+  constexpr std::size_t most = 4;
+  const std::string more = paths.size() > most ? ", ..." : "";
+  paths.resize(std::min(paths.size(), most));
+  return fmt::format("{}{}", fmt::join(paths, ", "), more);
 }
 
 }  // namespace kinetostat::apps

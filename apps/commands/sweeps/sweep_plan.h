@@ -29,5 +29,7 @@ SweepPlan read_sweep(const std::filesystem::path& file);
 /// What stands in the cell of a result: a number with the digits that read back to it, a text, or
 /// nothing where the JSON has no such value.
 std::string result_cell(const io::Json& result, const std::string& path);
+/// The paths below one that leads to a map or a list, the first few: "a.x, a.y". Empty for others.
+std::string parts_of_result(const io::Json& result, const std::string& path);
 
 }  // namespace kinetostat::apps

@@ -76,6 +76,11 @@ TEST(Fleet, NamesMistakes) {
   };
   EXPECT_THAT(message("{date: 2025-13-01, file: data/fleet/slide_01.yaml}"),
               HasSubstr("wrong.yaml:4: robots[0].date: this is no date"));
+  EXPECT_THAT(message("{date: 2024-02-30, file: data/fleet/slide_01.yaml}"),
+              HasSubstr("this is no date"));
+  io::write_atomically(working_folder() / "none.yaml", "kinetostat: 1\nfleet: a\nrobots: []\n");
+  EXPECT_THAT(kinetostat("fleet none.yaml").err,
+              HasSubstr("none.yaml:3: robots: the list is empty"));
   EXPECT_THAT(message("{date: 1.5.2025, file: data/fleet/slide_01.yaml}"),
               HasSubstr("Write year, month, day"));
   EXPECT_THAT(message("{serail: 1, file: x.yaml}"), HasSubstr("Did you mean 'serial'"));

@@ -202,6 +202,22 @@ TEST_F(Sweep, NamesMistakes) {
   EXPECT_THAT(message(sweep_file(by_stiffness, "", "deflect lever.yaml -ox.txt")),
               HasSubstr("which every run would write"));
   EXPECT_THAT(message(sweep_file(by_stiffness + by_stiffness)), HasSubstr("varies already"));
+  EXPECT_THAT(message(sweep_file("  - {word: exit, values: [a]}\n")),
+              HasSubstr("has a column 'exit' already"));
+  const auto with_result = [](const std::string& result) {
+    return "kinetostat: 1\nsweep: lever\ncommand: deflect lever.yaml --wrench 0,0,1\nvary:\n" +
+           by_stiffness + "results: {" + result + "}\n";
+  };
+  for (const char* taken : {"run", "exit", "chain_types.arm.q.stiffness"})
+    EXPECT_THAT(message(with_result(fmt::format("{}: headline", taken))),
+                testing::ContainsRegex("sweep.yaml:[0-9]+: .*has a column '.*' already"));
+  EXPECT_THAT(message(sweep_file(by_stiffness, "",
+                                 "deflect lever.yaml --wrench 0,0,1 --set "
+                                 "chain_types.arm.q.stiffness=5")),
+              HasSubstr("it sets 'chain_types.arm.q.stiffness', which varies"));
+  EXPECT_THAT(run(with_result("all: equilibrium.displacement")).err,
+              HasSubstr("'equilibrium.displacement' is no single value, it has "
+                        "equilibrium.displacement."));
   EXPECT_THAT(run(sweep_file(by_stiffness)).err, HasSubstr("'none' is empty: no run has"));
   for (const char* threads : {"--threads 1", "--threads 3"})
     EXPECT_THAT(
