@@ -58,6 +58,7 @@ struct Column {
   std::size_t place = 0;
   std::string joint = {};
   double factor = 1;
+  std::size_t number = 0;  // in the table
 
   bool is_wrench() const { return joint.empty() && place >= 6; }
 };
@@ -149,14 +150,23 @@ bool are_joints_alone(const std::vector<Column>& columns) {
                      [&](const Column& c) { return is_joint(c) || c.is_wrench(); });
 }
 
+// A table that `map` has written has results from `state` on; a `pose` before that is the number of
+// the row, and where there are joints, these lead to the poses beside them.
 std::vector<Column> read_columns(const io::CsvTable& table, const vjm::Robot& robot) {
   std::vector<Column> columns;
   std::set<std::pair<std::string, std::size_t>> places;
-  for (const std::string& name : table.columns()) {
+  const std::optional<std::size_t> state = table.find("state");
+  for (std::size_t number = 0; number < state.value_or(table.columns().size()); ++number) {
+    const std::string& name = table.columns()[number];
+    if (state && name == "pose") continue;
     columns.push_back(read_column(table, name, robot));
+    columns.back().number = number;
     if (!places.insert({columns.back().joint, columns.back().place}).second)
       refuse_column(table, name, "another column means the same", "Keep one of them");
   }
+  const auto is_of_pose = [](const Column& column) { return column.joint.empty(); };
+  if (state && !std::all_of(columns.begin(), columns.end(), is_of_pose))
+    std::erase_if(columns, is_of_pose);
   const bool of_joints = are_joints_alone(columns);
   if (std::all_of(columns.begin(), columns.end(), [](const Column& c) { return c.is_wrench(); }) ||
       (of_joints && !is_one_chain(robot)))
@@ -215,6 +225,19 @@ vjm::TargetPose by_joints(const vjm::Robot& robot, const vjm::Load& load,
       .platform = {}, .load = load, .held = std::move(joints), .is_by_joints = true};
   target.platform = posture_to(robot.manipulator, target).posture.platform;
   return target;
+}
+
+// Each coordinate of the position that no column has.
+std::vector<std::string> missing_places(const std::string& file,
+                                        const std::vector<Column>& columns) {
+  std::vector<std::string> notes;
+  for (std::size_t place = 0; place < 3; ++place)
+    if (std::none_of(columns.begin(), columns.end(), [place](const Column& column) {
+          return column.joint.empty() && column.place == place;
+        }))
+      notes.push_back(
+          fmt::format("{} has no column {}: it is 0 in every pose", file, pose_columns[place]));
+  return notes;
 }
 
 bool has_wrench(const vjm::Load& load) { return !load.force.isZero(0) || !load.moment.isZero(0); }
@@ -281,18 +304,19 @@ vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const 
     throw UsageError("--wrench", fmt::format("'{}' has loads of its own", file),
                      "Leave --wrench out, or the columns fx to mz");
   vjm::PoseList list;
+  if (!of_joints) list.notes = missing_places(file, columns);
   list.shape[0] = table.rows();
   list.whole = table.rows();
   for (std::size_t row = 0; row < table.rows(); ++row) {
     spatial::Vector6 coordinates = spatial::Vector6::Zero(), wrench = spatial::Vector6::Zero();
     std::map<std::string, double> held;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      const double value = columns[c].factor * table.number(row, c);
-      const auto i = static_cast<Eigen::Index>(columns[c].place % 6);
-      if (!columns[c].joint.empty())
-        held[columns[c].joint] = value;
+    for (const Column& column : columns) {
+      const double value = column.factor * table.number(row, column.number);
+      const auto i = static_cast<Eigen::Index>(column.place % 6);
+      if (!column.joint.empty())
+        held[column.joint] = value;
       else
-        (columns[c].is_wrench() ? wrench : coordinates)[i] = value;
+        (column.is_wrench() ? wrench : coordinates)[i] = value;
     }
     vjm::TargetPose target = of_joints
                                  ? by_joints(robot, load, std::move(held))

@@ -215,6 +215,7 @@ vjm::PoseList read_poses(const GridRequest& request, const vjm::Robot& robot, co
   if (!part.is_whole() && !run.out())
     throw UsageError("--out", "a part goes into a file, for join", "Give -o FILE");
   vjm::PoseList list = request.map.read_poses(robot, part);
+  for (const std::string& note : list.notes) run.remark(note);
   if (list.poses.empty() && list.whole > 0)
     throw UsageError("--part", fmt::format("there are only {} poses", list.whole),
                      "Divide them into fewer parts");

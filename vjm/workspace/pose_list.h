@@ -34,6 +34,7 @@ struct PoseList {
   std::size_t whole = 0;                  // how many there are, those of other parts among them
   std::vector<std::size_t> numbers = {};  // of the poses in the whole list, where they are a part
   bool has_wrench = false;                // whether one acts at any pose of the whole list
+  std::vector<std::string> notes = {};    // what was assumed of the poses, in words
 };
 
 /// Names of the six coordinates of a pose (position and rotation vector), and of a wrench.

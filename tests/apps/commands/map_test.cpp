@@ -83,6 +83,31 @@ TEST(MapCommand, APartOfAPathMayHaveNoLoad) {
               HasSubstr("there are far fewer rows than its 9999999999999999999"));
 }
 
+TEST(MapCommand, TakesItsOwnTablesForPaths) {
+  const auto same_again = [](const std::string& map, const std::string& poses) {
+    ASSERT_EQ(kinetostat(map + poses + "-o own.csv").code, 0);
+    const Outcome outcome = kinetostat(map + "--path own.csv -o own_again.csv");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const io::CsvTable one = io::read_csv(working_folder() / "own.csv"),
+                       other = io::read_csv(working_folder() / "own_again.csv");
+    ASSERT_EQ(one.columns(), other.columns());
+    const std::size_t index = one.columns().size() - 1;
+    for (std::size_t row = 0; row < one.rows(); ++row)
+      EXPECT_NEAR(other.number(row, index), one.number(row, index), 1e-9 * one.number(row, index));
+  };
+  const std::string index = " --no-uncertainty --index weakest-translation ";
+  same_again("map data/robots/orthoglide.yaml" + index, "--grid x=-40:40:3,y=10,z=-20:20:2 ");
+  same_again("map data/robots/six_axis.yaml" + index, "--grid q2=-20:20:3,q3=40 ");
+}
+
+TEST(MapCommand, SaysThatAPathDoesNotStateACoordinate) {
+  io::write_atomically(working_folder() / "flat.csv", "x,y\n10,20\n");
+  const std::string map = "map data/robots/orthoglide.yaml --index weakest-translation --path ";
+  EXPECT_THAT(kinetostat(map + "flat.csv").err, HasSubstr("flat.csv has no column z: it is 0"));
+  io::write_atomically(working_folder() / "solid.csv", "x,y,z\n10,20,0\n");
+  EXPECT_THAT(kinetostat(map + "solid.csv").err, testing::Not(HasSubstr("no column")));
+}
+
 // The poses that are written, read again as a path, have the values that were promised.
 TEST(MapCommand, WritesThePathWithTheTurnsThatItChose) {
   const std::string robot = "map data/robots/six_axis.yaml --index stiffness=1,0,0 ";
