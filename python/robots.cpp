@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/python/bindings.h"
@@ -208,6 +209,15 @@ PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixX
   return result;
 }
 
+// The same for a caller in Python, which is warned of joints outside of their ranges.
+PostureValue asked_posture(const RobotValue& value, const std::optional<Eigen::MatrixXd>& at,
+                           const std::optional<Joints>& joints) {
+  PostureValue result = posture(value, at, joints);
+  for (const std::string& words : apps::beyond_ranges(value.robot, result.posture))
+    if (PyErr_WarnEx(PyExc_UserWarning, words.c_str(), 1) != 0) throw py::error_already_set();
+  return result;
+}
+
 // Home where none is given.
 vjm::Posture chosen(const RobotValue& value, const PostureValue* given) {
   if (given == nullptr) return posture(value, {}, {}).posture;
@@ -325,7 +335,7 @@ void add_robots(py::module_& module) {
       .def_readonly("text", &RobotValue::text)
       .def_property_readonly("kinds", &kinds_of)
       .def_property_readonly("joints", &joint_names)
-      .def("posture", &posture, py::arg("at") = py::none(), py::arg("joints") = py::none())
+      .def("posture", &asked_posture, py::arg("at") = py::none(), py::arg("joints") = py::none())
       .def("stiffness", &stiffness, py::arg("posture") = py::none())
       .def("compliance", &compliance, py::arg("posture") = py::none())
       .def("deflect", &deflect, py::arg("wrench"), py::arg("posture") = py::none(),

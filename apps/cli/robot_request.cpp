@@ -130,8 +130,9 @@ vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
   return result.posture;
 }
 
-void warn_beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture, const Run& run) {
+std::vector<std::string> beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture) {
   constexpr double rounding = 1e-9;
+  std::vector<std::string> words;
   const auto& chains = robot.manipulator.chains();
   for (std::size_t c = 0; c < chains.size(); ++c)
     for (Eigen::Index k = 0; k < chains[c].size(); ++k) {
@@ -142,10 +143,16 @@ void warn_beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture, co
       if (value >= least - margin && value <= most + margin) continue;
       const std::string& name = is_rotation(joint.motion) ? robot.units.angle : robot.units.length;
       const double unit = spatial::parse_unit(name).factor;
-      run.warn(fmt::format("joint {} stands at {:.6g} {}, outside of its range {:.6g} to {:.6g} {}",
-                           chains.size() == 1 ? joint.name : chains[c].name() + "." + joint.name,
-                           value / unit, name, least / unit, most / unit, name));
+      words.push_back(
+          fmt::format("joint {} stands at {:.6g} {}, outside of its range {:.6g} to {:.6g} {}",
+                      chains.size() == 1 ? joint.name : chains[c].name() + "." + joint.name,
+                      value / unit, name, least / unit, most / unit, name));
     }
+  return words;
+}
+
+void warn_beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture, const Run& run) {
+  for (const std::string& words : beyond_ranges(robot, posture)) run.warn(words);
 }
 
 std::optional<vjm::Posture> PostureRequest::posture_like(const vjm::Posture& known,

@@ -16,6 +16,8 @@
 
 namespace kinetostat::apps {
 
+class Run;
+
 /// ROBOT.yaml with --at or --joints.
 struct PostureRequest {
   std::string robot_file, at, joints;
@@ -32,7 +34,9 @@ struct PostureRequest {
                                            const vjm::Robot& other) const;
 };
 
-/// Warns of joints that stand outside of their ranges.
+/// Of each joint that stands outside of its range, a sentence.
+std::vector<std::string> beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture);
+/// Warns of them.
 void warn_beyond_ranges(const vjm::Robot& robot, const vjm::Posture& posture, const Run& run);
 
 /// --wrench with --point and --node-load, or --move.

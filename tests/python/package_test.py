@@ -17,6 +17,7 @@ import tempfile
 import threading
 import time
 import unittest
+import warnings
 import zipfile
 
 import numpy as np
@@ -99,6 +100,17 @@ class Robots(unittest.TestCase):
         copy = stiffness.array
         copy[0, 0] = 0
         self.assertNotEqual(stiffness.array[0, 0], 0)
+
+    def test_a_joint_outside_of_its_range_is_warned_of(self):
+        robot = ks.Robot.parse(ARM.replace("stiffness: 2.0e5", "stiffness: 2.0e5, range: [-1, 1]"), self.path("ranged.yaml"))
+        with self.assertWarnsRegex(UserWarning, "q1 stands at 90 rad, outside of its range -1 to 1 rad"):
+            robot.posture(joints={"q1": 90.0})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            robot.posture(joints={"q1": 0.9})
+            robot.deflect([0, 1, 0])
+            with self.assertRaises(UserWarning):
+                robot.posture(joints={"q1": 1.1})
 
     def test_a_pose_is_reached(self):
         robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
