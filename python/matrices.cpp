@@ -64,6 +64,15 @@ py::class_<Matrix> add(py::module_& module, const char* name, const char* doc) {
       .def_property_readonly("axes", [](const Matrix& m) { return Matrix3(m.frame().axes); })
       .def("at", &at_frame<Matrix>, py::arg("point"), py::arg("axes") = py::none())
       .def("inverse", &Matrix::inverse)
+      .def(py::pickle(
+          [](const Matrix& m) {
+            return py::make_tuple(Matrix6(m.matrix()), Vector3(m.frame().point),
+                                  Matrix3(m.frame().axes));
+          },
+          [](const py::tuple& state) {
+            return Matrix(state[0].cast<Matrix6>(),
+                          frame_of(state[1].cast<Vector3>(), state[2].cast<Matrix3>()));
+          }))
       .def("__array__", &array_of<Matrix>, py::arg("dtype") = py::none())
       .def("__repr__", [name](const Matrix& m) { return shown(name, m); });
   return added;

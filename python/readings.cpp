@@ -56,6 +56,18 @@ Eigen::MatrixXd stacked(const std::vector<Eigen::VectorXd>& rows) {
   return matrix;
 }
 
+// The robot, and the file of the campaign, which is read again.
+py::tuple pickled_campaign(const CampaignValue& value) {
+  return py::make_tuple(value.campaign.file.string(), value.robot);
+}
+
+std::shared_ptr<CampaignValue> unpickled_campaign(const py::tuple& state) {
+  RobotValue robot = state[1].cast<RobotValue>();
+  Campaign campaign =
+      calibration::read_campaign(state[0].cast<std::string>(), robot.robot.manipulator);
+  return std::make_shared<CampaignValue>(CampaignValue{std::move(robot), std::move(campaign)});
+}
+
 // What every result has: a sentence, the report for people, and JSON as the commands write it.
 struct Result {
   CampaignPointer campaign;
@@ -267,6 +279,7 @@ void add_campaigns(py::module_& module) {
                                return names;
                              })
       .def("columns", &columns_of)
+      .def(py::pickle(&pickled_campaign, &unpickled_campaign))
       .def("__len__", [](const CampaignValue& v) { return v.campaign.readings.size(); })
       .def("__repr__", [](const CampaignValue& v) {
         return fmt::format("Campaign '{}': {} readings of {}", v.campaign.name,

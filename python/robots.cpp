@@ -265,6 +265,22 @@ Deflection deflect(const RobotValue& value, const Eigen::VectorXd& wrench,
   return {std::move(found), stable, std::move(headline)};
 }
 
+py::tuple pickled_posture(const PostureValue& value) {
+  std::vector<Eigen::Matrix4d> inner;
+  for (const spatial::Pose& body : value.posture.inner_bodies) inner.push_back(transform(body));
+  return py::make_tuple(transform(value.posture.platform), value.posture.coordinates, inner,
+                        value.joints);
+}
+
+PostureValue unpickled_posture(const py::tuple& state) {
+  PostureValue value{{.platform = pose_of(state[0].cast<Eigen::MatrixXd>()),
+                      .coordinates = state[1].cast<std::vector<Eigen::VectorXd>>()},
+                     state[3].cast<Joints>()};
+  for (const auto& body : state[2].cast<std::vector<Eigen::MatrixXd>>())
+    value.posture.inner_bodies.push_back(pose_of(body));
+  return value;
+}
+
 void add_postures(py::module_& module) {
   py::class_<PostureValue>(module, "Posture", "Where a robot stands with all springs relaxed.")
       .def_property_readonly("pose",
@@ -273,6 +289,7 @@ void add_postures(py::module_& module) {
           "position",
           [](const PostureValue& p) { return spatial::Vector3(p.posture.platform.position()); })
       .def_readonly("joints", &PostureValue::joints)
+      .def(py::pickle(&pickled_posture, &unpickled_posture))
       .def("__repr__", [](const PostureValue& p) {
         const spatial::Vector3& at = p.posture.platform.position();
         std::vector<std::string> values;

@@ -185,6 +185,20 @@ class Robots(unittest.TestCase):
             self.assertEqual((other.name, other.file, other.text), (robot.name, robot.file, robot.text))
             np.testing.assert_array_equal(other.compliance().array, robot.compliance().array)
 
+    def test_matrices_and_postures_can_be_sent_to_another_process(self):
+        for name in ("six_axis", "orthoglide", "delta"):
+            robot = ks.Robot.read(source(f"data/robots/{name}.yaml"))
+            posture = robot.posture()
+            for copy_of in (lambda r: pickle.loads(pickle.dumps(r)), copy.deepcopy):
+                other = copy_of(posture)
+                np.testing.assert_array_equal(other.pose, posture.pose)
+                self.assertEqual(other.joints, posture.joints)
+                for matrix in (robot.compliance(posture), robot.compliance(posture).at([0.1, 0.2, 0.3])):
+                    same = copy_of(matrix)
+                    np.testing.assert_array_equal(same.array, matrix.array)
+                    np.testing.assert_array_equal((same.point, *same.axes), (matrix.point, *matrix.axes))
+                np.testing.assert_array_equal(robot.compliance(other).array, robot.compliance(posture).array)
+
     def test_a_robot_that_cannot_be_read_elsewhere_is_not_written_there(self):
         robot = ks.Robot.read(source("data/robots/orthoglide_fea.yaml"))  # names link files beside it
         there = self.path("elsewhere.yaml")
@@ -490,6 +504,12 @@ class Readings(unittest.TestCase):
         for wrong in (0, 11):
             with self.assertRaisesRegex(ValueError, "most_effects"):
                 ks.diagnose(campaign, most_effects=wrong)
+
+    def test_a_campaign_can_be_sent_to_another_process(self):
+        campaign = ks.Campaign.read(source(ARM_CAMPAIGN))
+        for other in (pickle.loads(pickle.dumps(campaign)), copy.deepcopy(campaign)):
+            self.assertEqual((other.name, other.robot.text, len(other)), (campaign.name, campaign.robot.text, len(campaign)))
+            np.testing.assert_array_equal(other.columns()["dz"], campaign.columns()["dz"])
 
     def test_an_unknown_effect_is_refused(self):
         with self.assertRaisesRegex(ValueError, "clearance"):
