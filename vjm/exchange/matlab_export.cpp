@@ -66,6 +66,8 @@ std::string matlab(const Robot& robot, const Posture& posture, double damping_ra
              "%   K y + D y' + M y'' = J' F,  F = [force; moment] on the platform at its point,\n"
              "%   its displacement [translation; rotation] is J y. The drives hold their "
              "commands.\n"
+             "%   y: motions that all joints and springs allow together, at right angles; no one "
+             "joint's.\n"
              "{}name = {};\nplatform = [{} {} {}];\n",
              lost_comment(lost_in_matlab(robot, damping_ratio), "% "), quoted(robot.name), p.x(),
              p.y(), p.z()) +

@@ -278,6 +278,7 @@ TEST(MatlabExport, SaysThatARobotWithoutMassesHasNone) {
   EXPECT_THAT(lost_in_matlab(light), Contains(HasSubstr("M is 0")));
   EXPECT_THAT(matlab(light, posture_from_joints(light.manipulator, {}).posture),
               HasSubstr("M is 0"));
+  EXPECT_THAT(matlab(heavy, posture_of(heavy)), HasSubstr("%   y: motions that all joints"));
   EXPECT_THAT(lost_in_matlab(heavy), testing::Not(Contains(HasSubstr("M is 0"))));
 }
 
