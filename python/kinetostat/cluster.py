@@ -17,6 +17,8 @@ import tempfile
 import time
 from typing import Any, Callable, List, Optional, Sequence, Union
 
+from ._core import Error
+
 __all__ = ["program", "run", "sweep"]
 
 #: How often parts may lose their workers, more often than the scheduler itself allows, before one counts as the cause.
@@ -40,7 +42,7 @@ def program() -> str:
     return found
 
 
-class CommandFailed(RuntimeError):
+class CommandFailed(Error, RuntimeError):
     """The program said no: its words, and its exit code."""
 
     def __init__(self, code: int, words: str) -> None:

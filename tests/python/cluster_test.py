@@ -14,7 +14,7 @@ import unittest
 
 from distributed import Client, LocalCluster
 
-from kinetostat import cluster
+from kinetostat import Error, cluster
 
 PROGRAM = SOURCE = ""  # from the command line
 MAP = ["map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:25,y=-60:60:25,z=-20:20:5", "--index", "weakest-translation",
@@ -113,6 +113,7 @@ class Parts(unittest.TestCase):
         with self.assertRaisesRegex(cluster.CommandFailed, "no index") as caught:
             cluster.run([*MAP, "--index", "wekest"], self.folder / "x.csv", scheduler=self.client, parts=2)
         self.assertEqual(caught.exception.code, 2)
+        self.assertIsInstance(caught.exception, Error)
         self.assertFalse((self.folder / "x.csv").exists())
 
     def test_the_entry_point_starts_a_cluster_of_its_own(self):
