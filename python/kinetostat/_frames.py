@@ -77,8 +77,10 @@ def _with_mask(columns: Dict[str, List[Any]]) -> Dict[str, List[Any]]:
         used = columns.pop("used")
         columns.setdefault("mask", [not value for value in used])
     if booleans("mask"):
-        columns["mask"] = [int(value) for value in columns["mask"]]
-        columns.setdefault("mask_reason", ["masked in the program" if value else "" for value in columns["mask"]])
+        masks = columns["mask"] = [int(value) for value in columns["mask"]]
+        reasons = columns.get("mask_reason", [""] * len(masks))
+        columns["mask_reason"] = ["masked in the program" if mask and (_is_missing(reason) or not reason) else reason
+                                  for mask, reason in zip(masks, reasons)]
     return columns
 
 
