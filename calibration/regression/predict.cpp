@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -279,7 +280,23 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
   return result;
 }
 
-// In differences a reading counts from the state without load when its session started.
+// The readings whose temperature those are counted from have that are given: the first of each
+// posture in their load cycles, which the unloaded state was read before. Without cycles each
+// itself.
+std::vector<std::size_t> datums_of(const Campaign& campaign) {
+  std::vector<std::size_t> datums(campaign.readings.size());
+  std::iota(datums.begin(), datums.end(), std::size_t{0});
+  for (const Cycle& cycle : all_cycles(campaign)) {
+    if (campaign.readings[cycle.front()].cycle.empty()) continue;
+    std::map<std::size_t, std::size_t> first;  // of a posture
+    for (const std::size_t r : cycle)
+      datums[r] = first.emplace(campaign.readings[r].configuration, r).first->second;
+  }
+  return datums;
+}
+
+// In differences a reading counts from the state without load when its session started, at the
+// temperature of its load cycle's start.
 vjm::Conditions without_load(vjm::Conditions conditions) {
   conditions.time = conditions.time_in_cycle = conditions.elapsed = 0;
   conditions.unloaded = true;
@@ -310,13 +327,15 @@ void Predictor::find_cases() {
     first_readings_[campaign_.readings[r].configuration] = r;
   std::vector<vjm::Conditions> conditions(campaign_.readings.size());
   if (varies_) conditions = conditions_of(campaign_);
+  const std::vector<std::size_t> datums = datums_of(campaign_);
   for (std::size_t r = 0; r < conditions.size(); ++r)
     conditions[r].known_load = campaign_.readings[r].known_load;
   // By configuration, conditions and load; with a history by the reading itself.
   const auto before = [&](const LoadCase& a, const LoadCase& b) {
     const Reading &first = campaign_.readings[a.reading], &second = campaign_.readings[b.reading];
     const auto key = [&](const LoadCase& at, const Reading& reading) {
-      return std::tuple(reading.configuration, at.conditions, has_history_ ? at.reading : 0,
+      return std::tuple(reading.configuration, at.conditions, at.reference,
+                        has_history_ ? at.reading : 0,
                         campaign_.control ? campaign_.control->to[at.reading] : 0.0);
     };
     const auto order = key(a, first) <=> key(b, second);
@@ -329,12 +348,9 @@ void Predictor::find_cases() {
   for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
     const Reading& reading = campaign_.readings[r];
     cases_.push_back({.conditions = conditions_index(conditions[r]), .reading = r});
+    cases_.back().reference = reference_index(reading.configuration, conditions[datums[r]], r);
     const auto [found, fresh] = known.insert(cases_.size() - 1);
-    if (fresh)
-      cases_.back().reference = reference_index(
-          reading.configuration, vjm::Conditions(conditions_[cases_.back().conditions]), r);
-    else
-      cases_.pop_back();
+    if (!fresh) cases_.pop_back();
     cases_[*found].may_fail &= reading.masked;
     case_of_reading.push_back(*found);
   }

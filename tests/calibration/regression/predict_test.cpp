@@ -143,6 +143,25 @@ TEST(Prediction, FrictionStartsAgainstTheWeightOrSettled) {
   EXPECT_NEAR(settled[2], -(200 - 50) * 1e-6, 1e-9);
 }
 
+// A link that grows within a cycle shows; what it had grown before that cancels.
+TEST(Prediction, DifferencesCountFromTheTemperatureOfTheirCycle) {
+  test::Laboratory laboratory(
+      "kinetostat: 1\nname: arm\nunits: {length: m, force: N, angle: rad}\n"
+      "chain_types:\n  arm:\n    - actuator: {name: q1, axis: Rz, stiffness: 1.0e6}\n"
+      "    - tool: [0.5, 0, 0]\n    - actuator: {name: q2, axis: Rz, stiffness: 1.0e6}\n"
+      "manipulator: {chain: arm}\n");
+  laboratory.options().components = {true, false, false, false, false, false};
+  laboratory.options().translation_noise = 0;
+  laboratory.hide("thermal_expansion", "q2", "alpha=2e-5 1/K");
+  const Campaign campaign = laboratory.measure(
+      "id,session,cycle,step,time,temperature,fx\na,s,1,1,0,20,0\nb,s,1,2,60,21,0\n"
+      "c,s,1,3,120,23,0\nd,s,2,1,180,24,0\ne,s,2,2,240,22,0\n");
+  const double expected[] = {0, 1e-5, 3e-5, 0, -2e-5};
+  ASSERT_EQ(campaign.readings.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(campaign.readings[i].displacement[0], expected[i], 1e-12) << i;
+}
+
 // Two cycles that go on where the last one ended are one; each by itself starts relaxed.
 TEST(Prediction, HistoryContinuesFromCycleToCycleWhereTheCampaignSaysSo) {
   test::Laboratory laboratory(
