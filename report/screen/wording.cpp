@@ -55,7 +55,7 @@ std::pair<std::string, std::string> parts_of(const vjm::Manipulator& manipulator
 }
 
 bool is_no_element(const std::string& at) {
-  return at == "platform" || at == "load" || at == "sensor";
+  return at == "platform" || at == "load" || at == "sensor" || at == "all parts";
 }
 
 // The decimal place at which a deviation has its first digit, or its second where the first is 1.

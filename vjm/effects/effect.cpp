@@ -193,6 +193,37 @@ bool is_of_robot(EffectPlace place) {
 
 }  // namespace
 
+namespace {
+
+const char* const all_parts = "all parts";
+
+bool acts_at(const EffectKind& kind, const Chain& chain, const std::string& element) {
+  Eigen::VectorXd values(std::ssize(kind.parameters));
+  for (Index k = 0; k < values.size(); ++k)
+    values[k] = kind.parameters[static_cast<std::size_t>(k)].none;
+  ChainModifier modifier(chain);
+  try {
+    kind.act(modifier, element, {values, {}, Eigen::VectorXd::Zero(kind.history)});
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+  return true;
+}
+
+// Joints, links and ends of all chains.
+std::vector<EffectSite> parts_of_all(const EffectKind& kind, const Manipulator& manipulator) {
+  std::vector<EffectSite> sites;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    if (manipulator.is_within_elastic_body(c)) continue;
+    for (const std::string& element : elements_of(kind.place, chain))
+      if (acts_at(kind, chain, element)) sites.push_back({c, element});
+  }
+  return sites;
+}
+
+}  // namespace
+
 std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator& manipulator) {
   if (is_of_robot(kind.place)) {
     if (kind.place == EffectPlace::platform && !chain_to_platform(manipulator)) return {};
@@ -211,6 +242,7 @@ std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator
     }
   }
   if (const auto shared = shared_place(kind.place, manipulator)) add(shared->name);
+  if (kind.acts_on_all && parts_of_all(kind, manipulator).size() > 1) add(all_parts);
   return names;
 }
 
@@ -224,6 +256,7 @@ std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& 
       if (name == element || name == chain.name() + "." + element) sites.push_back({c, element});
   }
   if (!sites.empty()) return sites;
+  if (kind.acts_on_all && name == all_parts) return parts_of_all(kind, manipulator);
   const auto shared = shared_place(kind.place, manipulator);
   if (shared && shared->name == name) return {shared->site};
   const std::vector<std::string> known = effect_places(kind, manipulator);

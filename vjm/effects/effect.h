@@ -266,6 +266,9 @@ class EffectKind {
   /// those readings that are off.
   bool offsets_readings = false;
 
+  /// One value of it may be that of all parts of a robot, the place "all parts".
+  bool acts_on_all = false;
+
   /// All that it does is a force on its joint that depends on this one alone: on its coordinate,
   /// its command and those of others, its spring, and the input. So do its derivatives and history.
   bool acts_on_joint_alone = false;
@@ -336,7 +339,8 @@ using Histories = std::vector<Eigen::VectorXd>;
 Histories no_history(const std::vector<Effect>& effects);
 
 /// The sites of a kind of effect in a manipulator that a name stands for: "x.rho" one, "rho" that
-/// of every chain; "foundation" and "tool", which chains share; "platform", "load", "sensor".
+/// of every chain; "all parts"; "foundation" and "tool", which chains share; "platform", "load",
+/// "sensor".
 /// Throws std::invalid_argument with did-you-mean.
 std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& manipulator,
                                      const std::string& name);

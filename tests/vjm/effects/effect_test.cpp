@@ -279,6 +279,21 @@ TEST(Effects, FrictionWithoutForceIsNoneAndCreepWithoutTimeIsNone) {
   }
 }
 
+// An arm of one material is larger in one proportion, and turns nothing.
+TEST(Effects, AllPartsThatGrowMakeTheRobotLarger) {
+  ChainBuilder chain("arm");
+  chain.actuator("q1", Motion::rz, 1e5).offset(spatial::Pose::translation({0.5, 0, 0.2}));
+  chain.actuator("q2", Motion::ry, 1e5).offset(spatial::Pose::translation({0.4, 0.1, 0}));
+  chain.actuator("q3", Motion::rx, 1e5).offset(spatial::Pose::translation({0.1, 0, 0.05}));
+  const Manipulator arm("arm", {chain.build()});
+  const Posture posture = posture_from_joints(arm, {{"q1", 0.4}, {"q2", -0.7}, {"q3", 1}}).posture;
+  const EffectModel model(arm, {effect(arm, "thermal_expansion", "all parts", {2e-5, 20, 0})});
+  const Response warm =
+      model.respond(posture, {}, {.temperature = 30.0}, model.at_rest(0), {}, false);
+  EXPECT_LT((warm.observed.position() - (1 + 2e-4) * posture.platform.position()).norm(), 1e-12);
+  EXPECT_LT((warm.observed.rotation() - posture.platform.rotation()).norm(), 1e-12);
+}
+
 // A held load: the spring, then c F (1 - exp(-t/tau)) more; taken away, it goes back.
 TEST(Effects, CreepFollowsTheStandardLinearSolid) {
   const double c = 3e-7, tau = 120;

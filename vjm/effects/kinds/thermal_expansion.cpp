@@ -19,7 +19,14 @@ struct Part {
   spatial::Vector3 length;
 };
 
+// What is behind the last joint or link of a chain, but not on the body that it ends on.
+Part end_of(const Chain& chain) {
+  const spatial::Pose own = chain.without_errors().tail() * chain.attachment().inverse();
+  return {"end", own.rotation().transpose() * own.position()};
+}
+
 std::vector<Part> parts_of(const Chain& chain, const std::string& element) {
+  if (element == "end" && !end_of(chain).length.isZero(1e-12)) return {end_of(chain)};
   if (element == "base" || element == "end")
     throw std::invalid_argument(fmt::format(
         "'{}' has no length that could expand: name the joint or link that the part leads to",
@@ -65,6 +72,7 @@ class ThermalExpansion : public EffectKind {
     place = EffectPlace::element;
     varies = true;
     by_temperature = true;
+    acts_on_all = true;
     parameters = {optional_parameter("alpha", {.temperature = -1}, 1e-3, 1.2e-5),
                   // Not given: 20, as ISO 1 has it, where the temperature is in degrees Celsius.
                   {.name = "reference",
@@ -78,6 +86,7 @@ class ThermalExpansion : public EffectKind {
                    .is_shape = true},
                   lag_of_temperature()};
     parameters[alpha].required = true;
+    parameters[alpha].lower = -2e-6;  // carbon fibre along its length; all else grows
   }
 
   void act(ChainModifier& modifier, const std::string& element,
