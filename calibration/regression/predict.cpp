@@ -326,8 +326,11 @@ void Predictor::find_cases() {
   for (std::size_t r = campaign_.readings.size(); r-- > 0;)
     first_readings_[campaign_.readings[r].configuration] = r;
   std::vector<vjm::Conditions> conditions(campaign_.readings.size());
-  if (varies_) conditions = conditions_of(campaign_);
-  const std::vector<std::size_t> datums = datums_of(campaign_);
+  std::vector<std::size_t> datums;  // empty: each itself
+  if (varies_) {
+    conditions = conditions_of(campaign_);
+    datums = datums_of(campaign_);
+  }
   for (std::size_t r = 0; r < conditions.size(); ++r)
     conditions[r].known_load = campaign_.readings[r].known_load;
   // By configuration, conditions and load; with a history by the reading itself.
@@ -348,7 +351,8 @@ void Predictor::find_cases() {
   for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
     const Reading& reading = campaign_.readings[r];
     cases_.push_back({.conditions = conditions_index(conditions[r]), .reading = r});
-    cases_.back().reference = reference_index(reading.configuration, conditions[datums[r]], r);
+    cases_.back().reference =
+        reference_index(reading.configuration, conditions[datums.empty() ? r : datums[r]], r);
     const auto [found, fresh] = known.insert(cases_.size() - 1);
     if (!fresh) cases_.pop_back();
     cases_[*found].may_fail &= reading.masked;
