@@ -26,12 +26,14 @@ std::vector<Candidate> all_but(std::vector<Candidate> present, std::size_t k) {
   return present;
 }
 
-// An effect of which no amplitude exceeds its own standard deviation is none.
+// An effect of which no amplitude exceeds its own standard deviation is none. At a bound it has no
+// deviation.
 bool is_determined(const Candidate& candidate, const FittedValues& fitted) {
   const auto& parameters = candidate.effect.kind->parameters;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto i = static_cast<Index>(k);
-    const bool is_small = std::abs(fitted.values[i] - parameters[k].none) < fitted.deviations[i];
+    const bool is_small = fitted.values[i] == parameters[k].none ||
+                          std::abs(fitted.values[i] - parameters[k].none) < fitted.deviations[i];
     if (!parameters[k].is_shape && !is_small) return true;
   }
   return false;
