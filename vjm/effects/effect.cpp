@@ -487,7 +487,7 @@ bool can_act(const Effect& effect, const Manipulator& bare) {
 
 std::vector<std::string> acting_places(const std::shared_ptr<const EffectKind>& kind,
                                        const Manipulator& manipulator) {
-  const auto acts_at = [&](const std::string& place) {
+  const auto is_usual_at = [&](const std::string& place) {
     Effect effect{.kind = kind,
                   .at = place,
                   .sites = effect_sites(*kind, manipulator, place),
@@ -502,7 +502,7 @@ std::vector<std::string> acting_places(const std::shared_ptr<const EffectKind>& 
     return vjm::can_act(effect, manipulator);
   };
   std::vector<std::string> places = effect_places(*kind, manipulator);
-  std::erase_if(places, [&](const std::string& place) { return !acts_at(place); });
+  std::erase_if(places, [&](const std::string& place) { return !is_usual_at(place); });
   return places;
 }
 

@@ -340,8 +340,7 @@ Histories no_history(const std::vector<Effect>& effects);
 
 /// The sites of a kind of effect in a manipulator that a name stands for: "x.rho" one, "rho" that
 /// of every chain; "all parts"; "foundation" and "tool", which chains share; "platform", "load",
-/// "sensor".
-/// Throws std::invalid_argument with did-you-mean.
+/// "sensor". Throws std::invalid_argument with did-you-mean.
 std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& manipulator,
                                      const std::string& name);
 /// The names that effect_sites knows.

@@ -400,16 +400,18 @@ TEST(Verdict, ReadingsThatAreYearsApartShowNoCreep) {
   EXPECT_EQ(d.steps.at(0).ranking.at(0).candidate.effect.kind->name, "friction");
 }
 
+const std::string hanging_slide =
+    "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
+    "gravity: {direction: [0, 0, -1]}\n"
+    "links: {hook: {rigid: [0, 0, 10], mass: {mass: 40 kg, center: [0, 0, 0]}}}\n"
+    "chain_types:\n  cell:\n"
+    "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n    - link: hook\n"
+    "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n";
+
 // Weight that is put on against friction, or that has settled: either is found as what it was.
 TEST(Verdict, FrictionIsNamedHoweverItsCyclesStart) {
   for (const int settled : {0, 1}) {
-    Laboratory laboratory(
-        "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
-        "gravity: {direction: [0, 0, -1]}\n"
-        "links: {hook: {rigid: [0, 0, 10], mass: {mass: 40 kg, center: [0, 0, 0]}}}\n"
-        "chain_types:\n  cell:\n"
-        "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n    - link: hook\n"
-        "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n");
+    Laboratory laboratory(hanging_slide);
     laboratory.hide("friction", "q", fmt::format("force=60 N,presliding=3 um,settled={}", settled));
     const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep"});
     EXPECT_EQ(d.verdict, Verdict::identified) << settled;
@@ -422,13 +424,7 @@ TEST(Verdict, FrictionIsNamedHoweverItsCyclesStart) {
 // The same of what creeps under its weight.
 TEST(Verdict, CreepIsNamedHoweverItsCyclesStart) {
   for (const int settled : {0, 1}) {
-    Laboratory laboratory(
-        "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
-        "gravity: {direction: [0, 0, -1]}\n"
-        "links: {hook: {rigid: [0, 0, 10], mass: {mass: 40 kg, center: [0, 0, 0]}}}\n"
-        "chain_types:\n  cell:\n"
-        "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n    - link: hook\n"
-        "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n");
+    Laboratory laboratory(hanging_slide);
     laboratory.hide("creep", "q", fmt::format("c=2e-7 m/N,tau=120 s,settled={}", settled));
     const Diagnosis d =
         laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep", "session_drift"});
