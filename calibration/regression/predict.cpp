@@ -519,7 +519,7 @@ void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
       if (campaign_.control) hold_displacement(run, at, before->response, loaded, result);
     }
     for (const std::size_t r : readings_of(c)) {
-      enter(run, r == readings_of(c).back() ? std::move(result) : result, r, predictions);
+      enter(run, result, r, predictions);
       if (const auto place = place_of_state(run, r))
         predictions.loaded[*place] = loaded.response.state;
     }
