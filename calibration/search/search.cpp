@@ -472,6 +472,7 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
   const auto left = [&](std::size_t o) { return fit.squared_error - starts[o]->promised(); };
   const auto fit_all = [&](const std::vector<std::size_t>& of_them) {
     std::vector<Candidate> items;
+    items.reserve(of_them.size());
     for (const std::size_t o : of_them) items.push_back(survivors[o]);
     shared_out("fits", beside, items, [&](std::size_t i) {
       const std::size_t o = of_them[i], c = order[o];

@@ -282,7 +282,7 @@ std::string parts_of_result(const io::Json& result, const std::string& path) {
   const io::Json* const at = result_at(result, path);
   if (at == nullptr || !at->is_structured()) return {};
   std::vector<std::string> paths;
-  for (const auto& [key, part] : at->items()) paths.push_back(path + "." + key);
+  for (const auto& [key, part] : at->items()) paths.push_back(fmt::format("{}.{}", path, key));
   constexpr std::size_t most = 4;
   const std::string more = paths.size() > most ? ", ..." : "";
   paths.resize(std::min(paths.size(), most));
