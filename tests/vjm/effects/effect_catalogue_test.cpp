@@ -156,7 +156,7 @@ Bench shared_mounts() {
                    make("platform_compliance", "tool", {2e-8, 1e-6}),
                    make("platform_compliance", "end", {2e-8, 1e-6}),
                    make("clearance", "z.rho", {2e-6}),
-                   make("friction", "x.rho", {40, 3e-7, 0})};
+                   make("friction", "x.rho", {40, 3e-7, 0, 0})};
   return bench;
 }
 
@@ -450,7 +450,7 @@ TEST(CondensedModel, LeavesAloneWhatItCannotKnow) {
   // Another sort of effect, one that moves its joint far, and one beside a history.
   expect_none({test::effect(m, "link_compliance", "forearm", {1.4})}, "q3");
   expect_none({test::effect(m, "preload", "arm.q3", {1e6})}, "q3");
-  expect_none({test::effect(m, "friction", "arm.q5", {60, 5e-5, 0}),
+  expect_none({test::effect(m, "friction", "arm.q5", {60, 5e-5, 0, 0}),
                test::effect(m, "preload", "arm.q3", {200})},
               "q3");
 }

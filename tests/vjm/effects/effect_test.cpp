@@ -189,7 +189,8 @@ double work(const std::vector<double>& force, const std::vector<double>& positio
 
 // The second round of a cycle is closed in the state of the friction, too.
 TEST(Effects, FrictionLosesEnergyOnEveryClosedCycle) {
-  const Effect friction = effect(bench(), "friction", "spring", {100, 2e-5, 0});
+  const Effect friction = effect(bench(), "friction", "spring", {100, 2e-5, 0, 0});
+  const Effect gradual = effect(bench(), "friction", "spring", {100, 2e-5, 0, 1});
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int cycle = 0; cycle < 50; ++cycle) {
@@ -201,7 +202,7 @@ TEST(Effects, FrictionLosesEnergyOnEveryClosedCycle) {
       for (std::size_t k = 0; k + 1 < corners.size(); ++k)
         for (int i = 0; i < 40; ++i)
           path.push_back(corners[k] + (corners[k + 1] - corners[k]) * i / 40.0);
-    const std::vector<double> z = positions({friction}, path);
+    const std::vector<double> z = positions({cycle % 2 == 0 ? friction : gradual}, path);
     const std::size_t length = 160, begin = path.size() - length;
     const std::vector<double> last_path(path.begin() + static_cast<long>(begin) - 1, path.end());
     std::vector<double> last(z.begin() + static_cast<long>(begin) - 1, z.end());
@@ -222,11 +223,38 @@ TEST(Effects, FrictionLosesEnergyOnEveryClosedCycle) {
   EXPECT_NEAR(work(force, position), 2 * 100 * slip, 2 * 100 * 2e-6);
 }
 
+// Dahl's law between reversals, dF/dx = (force - F) / presliding on the way up and
+// (force + F) / presliding on the way down, whatever the number of readings on the way.
+TEST(Effects, GradualFrictionFollowsDahlsLaw) {
+  const double k = 1e6, limit = 100, length = 2e-5;
+  const Effect friction = effect(bench(), "friction", "spring", {limit, length, 0, 1});
+  std::vector<double> path = {0};
+  for (const double end : {180.0, -60.0, 90.0, -400.0}) {
+    const double start = path.back();
+    for (int i = 1; i <= 8; ++i) path.push_back(start + (end - start) * i / 8);
+  }
+  for (const std::size_t every : {1, 8}) {
+    std::vector<double> seen;
+    for (std::size_t i = 0; i < path.size(); i += every) seen.push_back(path[i]);
+    const std::vector<double> x = positions({friction}, seen);
+    double turned = 0, force = 0, before = 0;
+    for (std::size_t i = 1; i < seen.size(); ++i) {
+      const std::size_t reversals = (i * every - 1) / 8;
+      if ((i - 1) * every % 8 == 0) turned = before, force = seen[i - 1] - k * before;
+      const double up = reversals % 2 == 0 ? 1 : -1;
+      const double held =
+          up * limit + (force - up * limit) * std::exp(-std::abs(x[i] - turned) / length);
+      EXPECT_NEAR(k * x[i] + held, seen[i], 1e-8) << every << ", " << i;
+      before = x[i];
+    }
+  }
+}
+
 // From where the joint slips either way Newton's method must pass the steep part between, whose
 // stiffness is 1e5 times the spring's; it takes the few corrections that it is given.
 TEST(Effects, FrictionIsCrossedInAFewCorrections) {
   const double k = 1e6, limit = 100, presliding = 1e-9, stuck = 5e-4;
-  const Effect friction = effect(bench(), "friction", "spring", {limit, presliding, 0});
+  const Effect friction = effect(bench(), "friction", "spring", {limit, presliding, 0, 0});
   const Manipulator m =
       with_effects(bench(), {friction}, {}, {Eigen::Vector2d(0, stuck)});  // stretch and travel
   const Posture posture = posture_from_joints(m, {}).posture;
@@ -270,7 +298,7 @@ TEST(Effects, FrictionWithoutForceIsNoneAndCreepWithoutTimeIsNone) {
   for (int i = 0; i < 40; ++i) path.push_back(700 * std::sin(0.5 * i));
   const std::vector<double> plain = positions({}, path);
   const std::vector<double> none =
-      positions({effect(bench(), "friction", "spring", {0, 1e-5, 0})}, path);
+      positions({effect(bench(), "friction", "spring", {0, 1e-5, 0, 0})}, path);
   const std::vector<double> at_once =
       positions({effect(bench(), "creep", "spring", {1e-6, 10, 0})}, path);
   for (std::size_t i = 0; i < path.size(); ++i) {

@@ -13,53 +13,92 @@ namespace {
 // What is shorter is taken to be as long [m or rad]: no instrument sees the difference.
 constexpr double least_presliding = 1e-9;
 
-enum Value { size, presliding, settled };
+enum Value { size, presliding, settled, gradual };
 enum History {
   stretch,
   travel
 };  // of the bristles over the presliding length; the joint's [m, rad]
-constexpr Eigen::Index before = settled + 1;  // where the history stands among the inputs
+constexpr Eigen::Index before = gradual + 1;  // where the history stands among the inputs
 
 // The weight of a cycle's posture is put on without friction, and friction starts from there.
 bool settles(const EffectInput& input) {
   return input.values[settled] > 0.5 && input.conditions.unloaded;
 }
 
+bool is_gradual(const Eigen::VectorXd& values) { return values[gradual] > 0.5; }
+
+// Share z of the force that acts after a movement u over the presliding length, its derivative by
+// u, its integral over u, the integral of that, and its derivative by the share before.
+struct Bristles {
+  double value, slope, integral, second_integral, by_start;
+
+  Bristles(bool is_gradual, double start, double u) {
+    if (is_gradual)
+      bend(start, u);
+    else
+      stick(start, u);
+  }
+
+ private:
+  void stick(double start, double u) {
+    const Saturation s(start + u);
+    value = s.value;
+    slope = by_start = s.slope;
+    integral = s.integral;
+    second_integral = s.second_integral;
+  }
+
+  // dz/du = 1 - z on the way up, 1 + z on the way down, and between them where it stands.
+  void bend(double start, double u) {
+    const double size = std::abs(u), up = u < 0 ? -1 : 1;
+    const double gone = -std::expm1(-size);
+    by_start = 1 - gone;
+    value = start * by_start + up * gone;
+    slope = u == 0 ? 1 : (1 - up * start) * by_start;
+    integral = size + (up * start - 1) * gone;
+    second_integral = up * size * size / 2 + (start - up) * (size - gone);
+  }
+};
+
 class FrictionLaw : public CoordinateLaw {
  public:
   FrictionLaw(const Eigen::VectorXd& values, const Eigen::VectorXd& history)
       : size_(values[friction_kind::size]),
         length_(std::max(least_presliding, values[presliding])),
+        is_gradual_(is_gradual(values)),
         history_(history) {}
 
   Value at(const JointState& joint) const override {
-    const Saturation s = saturation_at(joint.travel);
-    return {.energy = size_ * length_ * s.integral,
-            .force = size_ * s.value,
-            .tangent = size_ / length_ * s.slope};
+    const Bristles z = bristles_at(joint.travel);
+    return {.energy = size_ * length_ * z.integral,
+            .force = size_ * z.value,
+            .tangent = size_ / length_ * z.slope};
   }
   bool is_beside_drive() const override { return true; }
-  // From one direction of slipping to the other, through where it sticks.
+  // From one direction of slipping to the other, through where it sticks; of what gives way
+  // gradually, from one direction of moving to the other.
   bool kinks(const JointState& from, double& step) const override {
-    const double start =
-        history_[stretch] + (from.travel - history_[friction_kind::travel]) / length_;
-    const double end = start + step / length_;
-    const auto slips = [](double u) { return u > 1 ? 1 : u < -1 ? -1 : 0; };
+    const double moved = (from.travel - history_[friction_kind::travel]) / length_;
+    const double start = is_gradual_ ? moved : history_[stretch] + moved;
+    const double end = start + step / length_, sticks = is_gradual_ ? 0 : 1;
+    const auto slips = [&](double u) { return u > sticks ? 1 : u < -sticks ? -1 : 0; };
     if (slips(start) != 0 && start * end < 0) step = -start * length_;
     return slips(start) != slips(end);
   }
 
  protected:
-  Saturation saturation_at(double travel) const {
-    return Saturation(history_[stretch] + (travel - history_[friction_kind::travel]) / length_);
+  Bristles bristles_at(double travel) const {
+    return Bristles(is_gradual_, history_[stretch],
+                    (travel - history_[friction_kind::travel]) / length_);
   }
 
   double size_, length_;
+  bool is_gradual_;
   Eigen::Vector2d history_;
 };
 
-// F = loss k |x| s(z). With dz/dx = 1/L its integral over x from 0 is that of x s, L x S - L^2 SS
-// with S and SS the integrals of s over z, on either side.
+// F = loss k |x| z. With du/dx = 1/L its integral over x from 0 is that of x z, L x S - L^2 SS
+// with S and SS the integrals of z over u, on either side.
 class LoadFrictionLaw : public FrictionLaw {
  public:
   using FrictionLaw::FrictionLaw;
@@ -67,13 +106,13 @@ class LoadFrictionLaw : public FrictionLaw {
   Value at(const JointState& joint) const override {
     const double x = joint.travel, side = std::copysign(1.0, x);
     const double share = size_ * joint.stiffness;
-    const Saturation s = saturation_at(x), relaxed = saturation_at(0);
-    const double integral = length_ * x * s.integral -
-                            length_ * length_ * (s.second_integral - relaxed.second_integral);
+    const Bristles z = bristles_at(x), relaxed = bristles_at(0);
+    const double integral = length_ * x * z.integral -
+                            length_ * length_ * (z.second_integral - relaxed.second_integral);
     return {.energy = share * side * integral,
-            .force = share * std::abs(x) * s.value,
-            .tangent = share * (side * s.value + std::abs(x) / length_ * s.slope),
-            .force_by_stiffness = size_ * std::abs(x) * s.value};
+            .force = share * std::abs(x) * z.value,
+            .tangent = share * (side * z.value + std::abs(x) / length_ * z.slope),
+            .force_by_stiffness = size_ * std::abs(x) * z.value};
   }
 };
 
@@ -94,7 +133,8 @@ class DryFriction : public EffectKind {
                    .prior_sd = 0.02,
                    .prior_unit = PriorUnit::joint_play,
                    .is_shape = true},
-                  settled_weight()};
+                  settled_weight(),
+                  either_way("gradual")};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,
@@ -110,10 +150,10 @@ class DryFriction : public EffectKind {
     const Step at(columns.state(), joint, input);
     const double unit = force_of(columns.state(), at.joint);
     const double limit = unit * input.values[size];
-    columns.add_force(size, at.joint, -unit * at.s.value);
-    columns.add_force(presliding, at.joint, -limit * at.s.slope * at.by_length);
-    columns.add_force(before + stretch, at.joint, -limit * at.s.slope);
-    columns.add_force(before + travel, at.joint, limit * at.s.slope / at.length);
+    columns.add_force(size, at.joint, -unit * at.z.value);
+    columns.add_force(presliding, at.joint, -limit * at.z.slope * at.by_length);
+    columns.add_force(before + stretch, at.joint, -limit * at.z.by_start);
+    columns.add_force(before + travel, at.joint, limit * at.z.slope / at.length);
   }
 
   HistoryStep advance(const ChainState& state, const std::string& joint,
@@ -125,13 +165,13 @@ class DryFriction : public EffectKind {
       step.by_coordinates(travel, at.joint) = 1;
       return step;
     }
-    HistoryStep step(Eigen::Vector2d(at.s.value, state.travel[at.joint]), state.chain.size(),
+    HistoryStep step(Eigen::Vector2d(at.z.value, state.travel[at.joint]), state.chain.size(),
                      inputs);
-    step.by_coordinates(stretch, at.joint) = at.s.slope / at.length;
+    step.by_coordinates(stretch, at.joint) = at.z.slope / at.length;
     step.by_coordinates(travel, at.joint) = 1;
-    step.by_input(stretch, presliding) = at.s.slope * at.by_length;
-    step.by_input(stretch, before + stretch) = at.s.slope;
-    step.by_input(stretch, before + travel) = -at.s.slope / at.length;
+    step.by_input(stretch, presliding) = at.z.slope * at.by_length;
+    step.by_input(stretch, before + stretch) = at.z.by_start;
+    step.by_input(stretch, before + travel) = -at.z.slope / at.length;
     return step;
   }
 
@@ -146,15 +186,15 @@ class DryFriction : public EffectKind {
   // From the reading before to this one.
   struct Step {
     Eigen::Index joint;
-    double length, moved, by_length;  // derivative of z by the presliding length
-    Saturation s;
+    double length, moved, by_length;  // derivative of u by the presliding length
+    Bristles z;
 
     Step(const ChainState& state, const std::string& name, const EffectInput& input)
         : joint(state.chain.index_of(name)),
           length(std::max(least_presliding, input.values[presliding])),
           moved(state.travel[joint] - input.history[friction_kind::travel]),
           by_length(input.values[presliding] < least_presliding ? 0 : -moved / (length * length)),
-          s(input.history[stretch] + moved / length) {}
+          z(is_gradual(input.values), input.history[stretch], moved / length) {}
   };
 };
 
@@ -164,13 +204,17 @@ class Friction : public DryFriction {
     name = "friction";
     summary = "dry friction in a joint, with the hysteresis of a load cycle";
     law =
-        "F = force s(z), z = z' + (x - x') / presliding with z' and x' after the reading before, "
-        "then z = s(z); s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
-        "presliding length; with 0 it is Coulomb's. Before a cycle weight is put on against "
-        "friction, or with settled = 1 without it";
+        "F = force z, z = s(z' + u), u = (x - x') / presliding with z' and x' after the reading "
+        "before; s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
+        "presliding "
+        "length; with 0 it is Coulomb's. With gradual = 1 it is Dahl's: z = 1 + (z' - 1) exp(-u) "
+        "on "
+        "the way up, z = -1 + (z' + 1) exp(u) on the way down. Before a cycle weight is put on "
+        "against friction, or with settled = 1 without it";
     source =
         "elasto-plastic friction: Jenkin (1922); Iwan, A distributed-element model for hysteresis, "
-        "J. Appl. Mech. 33 (1966) 893, one element";
+        "J. Appl. Mech. 33 (1966) 893, one element. Gradual: Dahl, A solid friction model, "
+        "Aerospace Corporation TOR-0158(3107-18)-1 (1968)";
     signature =
         "loading and unloading differ: a loop of 4 force travel a cycle, and an offset after it";
     confuser =
@@ -201,7 +245,7 @@ class LoadFriction : public DryFriction {
     name = "load_friction";
     summary = "dry friction in a joint that grows with the load that it transmits: gears, screws";
     law =
-        "F = loss k |x| s(z), x the deflection by the load, k of the joint's spring, z and s as of "
+        "F = loss k |x| z, x the deflection by the load, k of the joint's spring, z as of "
         "friction: loops that grow with the load and end at zero";
     source =
         "Hamon, Gautier and Garrec, Dynamic identification of robots with a dry friction model "
