@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/regression/predict.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 #include "kinetostat/common/error.h"
@@ -480,6 +481,8 @@ std::string column_error(const vjm::Robot& robot, const Campaign& campaign,
                          const std::vector<Eigen::VectorXd>& predicted, int threads,
                          common::Progress& progress) {
   if (!campaign.reads_platform() || campaign.control) return {};
+  if (std::string rotations = rotation_unit_error(campaign, predicted); !rotations.empty())
+    return rotations;
   const Translations as_given(campaign, predicted);
   if (as_given.measured.size() < fewest_readings) return {};
   const double before = left(campaign, as_given);

@@ -139,30 +139,58 @@ std::string frame_error(const Campaign& campaign, const std::vector<Eigen::Vecto
       before, 100 * (1 - after / before));
 }
 
+// Of readings of one dimension that follow the predictions.
+std::string slope_error(const Sums& sums, bool rotations) {
+  const double correlation = sums.correlation(), factor = sums.mp / sums.pp;
+  const char* what = rotations ? "rotations" : "translations";
+  if (factor < 0)
+    return fmt::format(
+        "The measured {} are against the predicted ones (correlation {:.2f}): a wrench is what "
+        "acts on the robot, a displacement is where it is under load less where it was. Check "
+        "the signs of the readings and the axes of 'frames'.",
+        what, correlation);
+  if (factor > 1 / no_stiffness && factor < no_stiffness) return {};
+  const std::string slip = unit_error_of(factor, rotations);
+  return fmt::format(
+      "The measured {} are {:.3g} times the predicted ones, in the same pattern (correlation "
+      "{:.2f}){}{}. Check the units of the readings and of their wrenches, and the stiffnesses "
+      "of the robot file.",
+      what, factor, correlation, slip.empty() ? "" : ", ", slip);
+}
+
 }  // namespace
 
 std::string unit_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted) {
   if (std::string frame = frame_error(campaign, predicted); !frame.empty()) return frame;
   for (const bool rotations : {false, true}) {
     const Sums sums = sums_of(campaign, predicted, rotations);
-    if (sums.count < fewest || !(sums.mm > 0 && sums.pp > 0)) continue;
-    if (!sums.follow()) continue;
-    const double correlation = sums.correlation(), factor = sums.mp / sums.pp;
-    const char* what = rotations ? "rotations" : "translations";
-    if (factor < 0)
-      return fmt::format(
-          "The measured {} are against the predicted ones (correlation {:.2f}): a wrench is what "
-          "acts on the robot, a displacement is where it is under load less where it was. Check "
-          "the signs of the readings and the axes of 'frames'.",
-          what, correlation);
-    if (factor > 1 / no_stiffness && factor < no_stiffness) continue;
-    const std::string slip = unit_error_of(factor, rotations);
-    return fmt::format(
-        "The measured {} are {:.3g} times the predicted ones, in the same pattern (correlation "
-        "{:.2f}){}{}. Check the units of the readings and of their wrenches, and the stiffnesses "
-        "of the robot file.",
-        what, factor, correlation, slip.empty() ? "" : ", ", slip);
+    if (sums.count < fewest || !(sums.mm > 0 && sums.pp > 0) || !sums.follow()) continue;
+    if (std::string error = slope_error(sums, rotations); !error.empty()) return error;
   }
+  return {};
+}
+
+std::string rotation_unit_error(const Campaign& campaign,
+                                const std::vector<Eigen::VectorXd>& predicted) {
+  constexpr double arc_second = 4.848;      // urad
+  constexpr double right = 1.25, as = 1.1;  // either way
+  constexpr double same = 0.95;             // correlation
+  const Sums translations = sums_of(campaign, predicted, false);
+  const Sums rotations = sums_of(campaign, predicted, true);
+  if (translations.count < fewest || rotations.count < fewest ||
+      !(translations.correlation() > same && rotations.correlation() > same))
+    return {};
+  const double slope = translations.mp / translations.pp;
+  const double factor = rotations.mp / rotations.pp / slope;
+  if (slope > right || slope < 1 / right) return {};
+  for (const bool larger : {false, true})
+    if (std::abs(std::log(factor / (larger ? arc_second : 1 / arc_second))) < std::log(as))
+      return fmt::format(
+          "The measured rotations are {:.3g} times the predicted ones, in the same pattern "
+          "(correlation {:.2f}), as of {}, while the translations are as predicted. Check the unit "
+          "of the rotations.",
+          factor * slope, rotations.correlation(),
+          larger ? "urad taken for arcsec" : "arcsec taken for urad");
   return {};
 }
 

@@ -20,7 +20,13 @@ namespace kinetostat::calibration {
 /// model, one a reading [m; rad].
 std::string unit_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted);
 
-/// The same with predictions of the nominal robot; empty, too, where that has no equilibrium.
+/// Sentence about rotations in arc seconds for microradians, or the other way, beside translations
+/// that are as predicted: no stiffness makes one without the other. Empty where they are not.
+std::string rotation_unit_error(const Campaign& campaign,
+                                const std::vector<Eigen::VectorXd>& predicted);
+
+/// The same as unit_error() with predictions of the nominal robot; empty, too, where that has no
+/// equilibrium.
 std::string unit_error(const Campaign& campaign, const Predictor& nominal,
                        common::Progress& progress);
 

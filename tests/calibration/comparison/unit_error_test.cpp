@@ -107,6 +107,21 @@ TEST(UnitError, IsNoWrongStiffnessAndNoNoise) {
   EXPECT_THAT(Scaled(1000, {0, 1, 2}, 10).slip(), IsEmpty());
 }
 
+// Of rotations alone: translations say that the stiffness is right.
+TEST(UnitError, OfAFewTimesIsSeenInRotationsBesideTranslations) {
+  const auto slip = [](double translations, double rotations) {
+    Scaled both(translations, {0, 1, 2, 3, 4, 5});
+    for (Reading& reading : both.campaign.readings)
+      reading.displacement.tail<3>() *= rotations / translations;
+    EXPECT_THAT(both.slip(), IsEmpty());
+    return rotation_unit_error(both.campaign, both.predicted);
+  };
+  EXPECT_THAT(slip(1.1, 1.1 / 4.848), HasSubstr("as of arcsec taken for urad"));
+  EXPECT_THAT(slip(0.9, 0.9 * 4.848), HasSubstr("as of urad taken for arcsec"));
+  EXPECT_THAT(slip(1, 4), IsEmpty());  // a wrist that yields
+  EXPECT_THAT(slip(1.6, 1.6 * 4.848), IsEmpty());
+}
+
 // A load cell in kN whose readings were written down as N: said first, before what follows of it.
 TEST(UnitError, IsTheFirstFinding) {
   test::Laboratory laboratory(
