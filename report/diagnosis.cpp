@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/report/base_fit.h"
 #include "kinetostat/report/effect.h"
@@ -366,6 +367,10 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
                     "explains, to first order: too many to be set aside as outliers. If "
                     "something is known to be wrong with them, mask them.",
                     d.far_values, calibration::outlying));
+  if (std::string common =
+          calibration::common_factor(d.found.empty() ? d.fitted_without : d.fitted_beside);
+      !common.empty() && d.unit_error.empty())
+    result.push_back(std::move(common));
   if (!d.unit_error.empty()) result.insert(result.begin(), d.unit_error);
   // Where what was found leaves no more than the stated noise, the scatter was its own.
   const bool is_explained =

@@ -248,6 +248,8 @@ std::vector<std::string> doubts_about(const BaseFit& fit) {
           fmt::format("{} is fitted to {:.3g} times its nominal value: check units and the robot "
                       "file, or the model lacks an effect ('diagnose').",
                       parameter.phrase(), std::exp(value)));
+  if (std::string common = common_factor(fit.parameters); !common.empty())
+    doubts.push_back(std::move(common));
   const std::vector<std::string> more = cautions_about(fit);
   doubts.insert(doubts.end(), more.begin(), more.end());
   return doubts;

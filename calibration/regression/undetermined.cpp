@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
@@ -104,6 +105,43 @@ std::vector<std::string> cautions_about(const BaseFit& fit) {
         "and uncertain by more than their standard deviations.",
         fit.iterations));
   return cautions;
+}
+
+namespace {
+
+// Units of loads whose ratio a stiffness may come out by.
+std::string units_of_loads(double factor) {
+  constexpr double alike = 1.12;
+  constexpr std::pair<double, const char*> known[] = {
+      {2.20462, ", as of weights in lb taken for kg"},
+      {1 / 2.20462, ", as of weights in kg taken for lb"},
+      {4.44822, ", as of forces in N taken for lbf"},
+      {1 / 4.44822, ", as of forces in lbf taken for N"},
+  };
+  for (const auto& [ratio, words] : known)
+    if (std::abs(std::log(factor / ratio)) < std::log(alike)) return words;
+  return {};
+}
+
+}  // namespace
+
+std::string common_factor(const std::vector<ParameterEstimate>& parameters) {
+  constexpr double off = 1.7, alike = 1.15, known = 0.1;  // either way; standard error
+  double sum = 0, least = std::numeric_limits<double>::infinity(), most = -least;
+  std::size_t count = 0;
+  for (const auto& [parameter, value, error, hit] : parameters) {
+    if (!parameter.is_logarithm() || hit != BoundHit::none || !(error < known)) continue;
+    least = std::min(least, value);
+    most = std::max(most, value);
+    sum += value;
+    ++count;
+  }
+  const double mean = sum / static_cast<double>(count);
+  if (count < 2 || std::abs(mean) < std::log(off) || most - least > 2 * std::log(alike)) return {};
+  return fmt::format(
+      "All {} stiffnesses that these readings know are about {:.2g} times those of the robot file: "
+      "see whether loads and displacements are in the units that are stated{}.",
+      count, std::exp(mean), units_of_loads(std::exp(mean)));
 }
 
 bool strays_from_design(const BaseFit& fit) {

@@ -37,6 +37,11 @@ bool is_held_near_design(const BaseFit& fit);
 /// believed, an iteration that has not come to rest.
 std::vector<std::string> cautions_about(const BaseFit& fit);
 
+/// Sentence about stiffnesses that all come out the same number of times their nominal values:
+/// loads or displacements in other units, rather than springs. Empty where they do not, or are
+/// hardly off.
+std::string common_factor(const std::vector<ParameterEstimate>& parameters);
+
 /// Whether some stiffness without stated bounds is fitted to more than three times its nominal
 /// value, or less than a third, by readings that know it less well than design does, or one with
 /// stated bounds to one of these: readings that know it poorly would put there what they say of the
