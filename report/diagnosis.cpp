@@ -344,6 +344,9 @@ std::string unit_for_people(const calibration::Campaign& campaign,
   constexpr spatial::Dimension of_rotation{.length = -2, .mass = -1, .time = 2, .angle = 1};
   if (dimension == compliance) return "um/N";
   if (dimension == of_rotation) return "urad/(N m)";
+  constexpr spatial::Dimension drift{.length = 1, .time = -1}, turn{.time = -1, .angle = 1};
+  if (dimension == drift) return "um/h";
+  if (dimension == turn) return "urad/h";
   return unit_of(parameter, angular);
 }
 
