@@ -112,7 +112,9 @@ void PostureRequest::add_posture_options(OptionList& app) {
       .excludes(at_option);
 }
 
-vjm::Robot PostureRequest::read() const { return vjm::read_robot(robot_file); }
+vjm::Robot PostureRequest::read(const vjm::LinkOptions& options) const {
+  return source ? source(options) : vjm::read_robot(robot_file, options);
+}
 
 vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
   vjm::PostureResult result;
@@ -360,7 +362,7 @@ vjm::SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& 
   if (!robot.has_beams || found.status != vjm::EquilibriumStatus::converged) return check;
   const bool held = load.task(robot).platform_held;
   const auto solved_with = [&](int multiple) {
-    const vjm::Robot finer = vjm::read_robot(posture.robot_file, {.segment_multiple = multiple});
+    const vjm::Robot finer = posture.read({.segment_multiple = multiple});
     return load.solve(finer, posture.posture(finer));
   };
   check.lumping_error = vjm::lumping_error(found, solved_with(2), held);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,11 +22,13 @@ class Run;
 /// ROBOT.yaml with --at or --joints.
 struct PostureRequest {
   std::string robot_file, at, joints;
+  /// Reads a robot that is in memory; none: `robot_file` is read.
+  std::function<vjm::Robot(const vjm::LinkOptions&)> source = {};
 
   void add_options(OptionList& app);
   /// --at and --joints alone.
   void add_posture_options(OptionList& app);
-  vjm::Robot read() const;
+  vjm::Robot read(const vjm::LinkOptions& options = {}) const;
   /// Throws UsageError for a malformed option, common::NoConvergence for an unreachable pose.
   vjm::Posture posture(const vjm::Robot& robot) const;
   /// That of a robot like one whose posture is known, but for uncertain numbers; nothing where it
