@@ -16,6 +16,7 @@
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/uncertainty/deflection_numbers.h"
+#include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -343,6 +344,18 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
     run.warn(error.what());  // the result itself stands
     return std::nullopt;
   }
+}
+
+std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
+                                                       const PostureRequest& request,
+                                                       const vjm::Posture& posture,
+                                                       const spatial::Vector3& direction,
+                                                       Run& run) const {
+  const auto numbers = [&](const vjm::Robot& other) -> std::optional<Eigen::VectorXd> {
+    const auto own = request.posture_like(posture, robot, other);
+    return own ? vjm::stiffness_numbers(other, *own, direction) : std::nullopt;
+  };
+  return of(robot, numbers, run);
 }
 
 std::optional<vjm::Uncertainty> UncertaintyRequest::of(

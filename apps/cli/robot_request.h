@@ -77,6 +77,10 @@ struct UncertaintyRequest {
   /// equilibrium.
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Computation& compute,
                                      Run& run) const;
+  /// Of stiffness_numbers() of the unloaded robot along a unit vector.
+  std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const PostureRequest& request,
+                                     const vjm::Posture& posture, const spatial::Vector3& direction,
+                                     Run& run) const;
   /// Of deflection_numbers() of an equilibrium under `load`; none where it was not found.
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const PostureRequest& request,
                                      const vjm::Posture& posture, const LoadRequest& load,
