@@ -22,6 +22,7 @@
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/exchange/description_file.h"
 #include "kinetostat/vjm/exchange/robot_import.h"
+#include "kinetostat/vjm/manipulator/joint_place.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -59,11 +60,6 @@ void for_each_drive(const vjm::Manipulator& manipulator, const Visit& visit) {
       visit(chains.size() == 1 ? drive.name : chains[c].name() + "." + drive.name, c, i);
     }
 }
-
-struct PostureValue {
-  vjm::Posture posture;
-  Joints joints;
-};
 
 Eigen::Matrix4d transform(const spatial::Pose& pose) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -190,6 +186,30 @@ spatial::Pose pose_of(const Eigen::MatrixXd& at) {
   return {spatial::exp_rotation(pose.tail<3>()), pose.head<3>()};
 }
 
+// As --at has it: x, y, z and a rotation vector.
+std::string words_of_pose(const Eigen::MatrixXd& at) {
+  Eigen::VectorXd numbers = at.reshaped();
+  if (at.rows() == 4) {
+    const spatial::Pose pose = pose_of(at);
+    numbers.resize(6);
+    numbers << pose.position(), spatial::log_rotation(pose.rotation());
+  }
+  std::vector<std::string> parts;
+  for (Eigen::Index i = 0; i < numbers.size(); ++i)
+    parts.push_back(fmt::format("{} {}", numbers[i], i < 3 ? "m" : "rad"));
+  return fmt::format("{}", fmt::join(parts, ","));
+}
+
+// As --joints has them.
+std::string words_of_joints(const vjm::Manipulator& manipulator, const Joints& joints) {
+  std::vector<std::string> parts;
+  for (const auto& [name, value] : joints) {
+    const vjm::Coordinate& joint = coordinate_at(manipulator, find_joint(manipulator, name));
+    parts.push_back(fmt::format("{}={} {}", name, value, is_rotation(joint.motion) ? "rad" : "m"));
+  }
+  return fmt::format("{}", fmt::join(parts, ","));
+}
+
 PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixXd>& at,
                      const std::optional<Joints>& joints) {
   const vjm::Manipulator& manipulator = value.robot.manipulator;
@@ -203,6 +223,8 @@ PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixX
                                 : posture_from_joints(manipulator, joints.value_or(Joints()));
   if (!found.reached) throw common::NoConvergence(found.reason);
   PostureValue result{std::move(found.posture), {}};
+  if (at) result.at = words_of_pose(*at);
+  if (joints) result.joint_values = words_of_joints(manipulator, *joints);
   for_each_drive(manipulator, [&](const std::string& name, std::size_t chain, std::size_t i) {
     result.joints[name] = result.posture.coordinates[chain][static_cast<Eigen::Index>(i)];
   });
@@ -221,15 +243,7 @@ PostureValue asked_posture(const RobotValue& value, const std::optional<Eigen::M
 // Home where none is given.
 vjm::Posture chosen(const RobotValue& value, const PostureValue* given) {
   if (given == nullptr) return posture(value, {}, {}).posture;
-  const auto& chains = value.robot.manipulator.chains();
-  const auto& coordinates = given->posture.coordinates;
-  bool is_own = chains.size() == coordinates.size();
-  for (std::size_t c = 0; is_own && c < chains.size(); ++c)
-    is_own = chains[c].size() == coordinates[c].size();
-  for (const std::string& name : joint_names(value))
-    is_own = is_own && given->joints.contains(name);
-  if (!is_own)
-    throw py::value_error("the posture is one of another robot: ask this robot for its posture()");
+  require_own(value, *given);
   return given->posture;
 }
 
@@ -269,13 +283,15 @@ py::tuple pickled_posture(const PostureValue& value) {
   std::vector<Eigen::Matrix4d> inner;
   for (const spatial::Pose& body : value.posture.inner_bodies) inner.push_back(transform(body));
   return py::make_tuple(transform(value.posture.platform), value.posture.coordinates, inner,
-                        value.joints);
+                        value.joints, value.at, value.joint_values);
 }
 
 PostureValue unpickled_posture(const py::tuple& state) {
   PostureValue value{{.platform = pose_of(state[0].cast<Eigen::MatrixXd>()),
                       .coordinates = state[1].cast<std::vector<Eigen::VectorXd>>()},
-                     state[3].cast<Joints>()};
+                     state[3].cast<Joints>(),
+                     state[4].cast<std::string>(),
+                     state[5].cast<std::string>()};
   for (const auto& body : state[2].cast<std::vector<Eigen::MatrixXd>>())
     value.posture.inner_bodies.push_back(pose_of(body));
   return value;
@@ -320,6 +336,23 @@ void add_deflections(py::module_& module) {
 
 RobotValue robot_from(const std::filesystem::path& file, const vjm::EffectKinds& kinds) {
   return {vjm::read_robot(file, {.kinds = kinds}), io::read_text(file), kinds};
+}
+
+bool is_in_its_file(const RobotValue& robot) {
+  const Path& file = robot.robot.file;
+  return std::filesystem::exists(file) && io::read_text(file) == robot.text;
+}
+
+void require_own(const RobotValue& robot, const PostureValue& posture) {
+  const auto& chains = robot.robot.manipulator.chains();
+  const auto& coordinates = posture.posture.coordinates;
+  bool is_own = chains.size() == coordinates.size();
+  for (std::size_t c = 0; is_own && c < chains.size(); ++c)
+    is_own = chains[c].size() == coordinates[c].size();
+  for (const std::string& name : joint_names(robot))
+    is_own = is_own && posture.joints.contains(name);
+  if (!is_own)
+    throw py::value_error("the posture is one of another robot: ask this robot for its posture()");
 }
 
 RobotValue write_robot(const std::filesystem::path& file, const std::string& text,

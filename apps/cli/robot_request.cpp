@@ -328,8 +328,9 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
     throw UsageError("--drawn", "no draws are asked for", "Give --draws 1000");
   if (none) return std::nullopt;
   if (robot.sources.empty()) {
-    if (draws > 0)
-      throw UsageError("--draws", "the robot file says of no number that it is uncertain",
+    if (draws > 0 || required)
+      throw UsageError(draws > 0 ? "--draws" : "the uncertainty",
+                       "the robot file says of no number that it is uncertain",
                        "Write some as {value: 2.0e4, sd: 5 %}");
     return std::nullopt;
   }
@@ -341,6 +342,7 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
                                         : draws_by_table(*this, robot, compute, run);
     return uncertainty;
   } catch (const common::NoConvergence& error) {
+    if (required) throw;
     run.warn(error.what());  // the result itself stands
     return std::nullopt;
   }

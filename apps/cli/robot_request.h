@@ -67,6 +67,7 @@ struct UncertaintyRequest {
   int draws = 0;
   std::uint64_t seed = 1;
   bool none = false;
+  bool required = false;  // none is an error
   std::string drawn, part;
 
   void add_options(OptionList& app);
@@ -74,7 +75,7 @@ struct UncertaintyRequest {
   void add_drawn_options(OptionList& app);
   /// None where none is wanted, and for a robot without uncertain numbers; then --draws is a
   /// UsageError. None, with a warning, where robots beside that of the file stand in no
-  /// equilibrium.
+  /// equilibrium; common::NoConvergence where it is `required`.
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Computation& compute,
                                      Run& run) const;
   /// Of stiffness_numbers() of the unloaded robot along a unit vector.
