@@ -63,6 +63,7 @@ MapValue map_of(const RobotValue& robot, const std::string& grid,
     value.points = workspace_map(robot.robot.manipulator, value.list.poses, plain,
                                  thread_count(threads), shown, nullptr, finer_models(robot));
   });
+  warn_of(value.list.notes);
   return value;
 }
 

@@ -60,24 +60,28 @@ apps::PostureRequest posture_request(const RobotValue& robot, const PostureValue
   return request;
 }
 
+void warn_of(const std::vector<std::string>& sentences) {
+  for (const std::string& sentence : sentences)
+    if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 1) != 0) throw py::error_already_set();
+}
+
 void run_command(int threads, const py::object& progress,
                  const std::function<void(apps::Run&)>& action) {
   apps::CommonOptions options;
   options.threads = thread_count(threads);
   options.quiet = true;
   std::vector<std::string> said;
+  const auto keep = [&said](std::string_view sentence) {
+    constexpr std::string_view mark = "warning: ";
+    said.emplace_back(sentence.substr(sentence.starts_with(mark) ? mark.size() : 0));
+  };
   run_long(progress, [&](common::Progress& shown) {
     apps::Run run(
-        options, io::Json::object(), shown, [](std::string_view) {},
-        [&said](std::string_view sentence) { said.emplace_back(sentence); });
+        options, io::Json::object(), shown, [](std::string_view) {}, keep);
     action(run);
     if (!run.shortfall().empty()) said.push_back(run.shortfall());
   });
-  constexpr std::string_view mark = "warning: ";
-  for (const std::string& sentence : said) {
-    const char* const words = sentence.c_str() + (sentence.starts_with(mark) ? mark.size() : 0);
-    if (PyErr_WarnEx(PyExc_UserWarning, words, 1) != 0) throw py::error_already_set();
-  }
+  warn_of(said);
 }
 
 }  // namespace kinetostat::python

@@ -6,6 +6,7 @@
 #include <pybind11/pybind11.h>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/python/bindings.h"
@@ -35,6 +36,9 @@ apps::LoadRequest load_request(const GivenLoad& given);
 
 /// `robot` must outlive it. None: home.
 apps::PostureRequest posture_request(const RobotValue& robot, const PostureValue* posture);
+
+/// Warnings of Python. Throws py::error_already_set where Python makes errors of them.
+void warn_of(const std::vector<std::string>& sentences);
 
 /// Does what a command does, as run_long() does its work. What the command warns of, and why its
 /// result is only a part of what was asked for, are warnings of Python.

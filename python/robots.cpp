@@ -17,6 +17,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/python/bindings.h"
+#include "kinetostat/python/robot_questions.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/spatial/units.h"
@@ -235,8 +236,7 @@ PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixX
 PostureValue asked_posture(const RobotValue& value, const std::optional<Eigen::MatrixXd>& at,
                            const std::optional<Joints>& joints) {
   PostureValue result = posture(value, at, joints);
-  for (const std::string& words : apps::beyond_ranges(value.robot, result.posture))
-    if (PyErr_WarnEx(PyExc_UserWarning, words.c_str(), 1) != 0) throw py::error_already_set();
+  warn_of(apps::beyond_ranges(value.robot, result.posture));
   return result;
 }
 
