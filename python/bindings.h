@@ -54,6 +54,7 @@ using CampaignPointer = std::shared_ptr<const CampaignValue>;
 /// JSON as Python's own values.
 pybind11::object values_of(const std::string& json);
 
+void add_import(pybind11::class_<RobotValue>& robot);
 void add_errors(pybind11::module_& module);
 void add_matrices(pybind11::module_& module);
 void add_links(pybind11::module_& module);

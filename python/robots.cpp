@@ -7,7 +7,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <stdexcept>
-#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -20,9 +19,6 @@
 #include "kinetostat/python/robot_questions.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/spatial/units.h"
-#include "kinetostat/vjm/exchange/description_file.h"
-#include "kinetostat/vjm/exchange/robot_import.h"
 #include "kinetostat/vjm/manipulator/joint_place.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
@@ -67,75 +63,6 @@ Eigen::Matrix4d transform(const spatial::Pose& pose) {
   matrix.topLeftCorner<3, 3>() = pose.rotation();
   matrix.topRightCorner<3, 1>() = pose.position();
   return matrix;
-}
-
-using GivenNumber = std::variant<double, std::string>;  // "5e4 N m/rad"
-using GivenStiffness = std::variant<std::monostate, GivenNumber, std::vector<GivenNumber>,
-                                    std::map<std::string, GivenNumber>>;
-
-[[noreturn]] void fail_stiffness(const std::string& what) {
-  throw py::value_error("joint_stiffness " + what);
-}
-
-double in_si(const vjm::DescribedJoint& drive, const GivenNumber& given) {
-  double value = 0;
-  if (const auto* text = std::get_if<std::string>(&given)) try {
-      value = spatial::parse_quantity(*text,
-                                      turns(drive) ? spatial::dimension::torsional_stiffness
-                                                   : spatial::dimension::linear_stiffness,
-                                      turns(drive) ? "N m/rad" : "N/m");
-    } catch (const std::invalid_argument& error) {
-      fail_stiffness(fmt::format("of {}: {}", drive.name, error.what()));
-    }
-  else
-    value = std::get<double>(given);
-  if (!(value > 0)) fail_stiffness(fmt::format("of {} is not positive: {}", drive.name, value));
-  return value;
-}
-
-// By the names of drives, each one's own.
-Joints stiffness_by_name(const std::vector<vjm::DescribedJoint>& drives,
-                         const GivenStiffness& given) {
-  Joints result;
-  if (const auto* each = std::get_if<std::map<std::string, GivenNumber>>(&given)) {
-    for (const auto& [name, k] : *each) {
-      const auto drive = std::find_if(drives.begin(), drives.end(),
-                                      [&name = name](const auto& d) { return d.name == name; });
-      if (drive == drives.end()) fail_stiffness(fmt::format("names '{}', which is no drive", name));
-      result[name] = in_si(*drive, k);
-    }
-  } else if (const auto* one = std::get_if<GivenNumber>(&given)) {
-    for (const vjm::DescribedJoint& drive : drives) {
-      if (vjm::turns(drive) != vjm::turns(drives.front()))
-        fail_stiffness("is one for drives that turn and drives that slide: give a dict by name");
-      result[drive.name] = in_si(drive, *one);
-    }
-  } else if (const auto* all = std::get_if<std::vector<GivenNumber>>(&given)) {
-    if (all->size() != drives.size())
-      fail_stiffness(
-          fmt::format("has {} values for {} drives: give one for all, one for each from base to "
-                      "tip, or a dict by name",
-                      all->size(), drives.size()));
-    for (std::size_t d = 0; d < drives.size(); ++d)
-      result[drives[d].name] = in_si(drives[d], (*all)[d]);
-  }
-  return result;
-}
-
-RobotValue from_urdf(const Path& file, const GivenStiffness& stiffness, const std::string& base,
-                     const std::string& tip) {
-  const vjm::RobotDescription model = vjm::read_robot_description(file);
-  const vjm::DescribedChain chain = vjm::find_chain(model, base, tip);
-  const std::vector<vjm::DescribedJoint> drives = vjm::import_robot(model, chain).drives;
-  vjm::ImportOptions options;
-  options.stiffness = stiffness_by_name(drives, stiffness);
-  for (const vjm::DescribedJoint& drive : drives)
-    if (!drive.stiffness && !options.stiffness.contains(drive.name))
-      throw py::value_error(
-          fmt::format("joint_stiffness says nothing of drive '{}', of which {} has no spring",
-                      drive.name, file.string()));
-  const std::string text = vjm::import_robot(model, chain, options).text;
-  return {vjm::parse_robot(text, file), text};
 }
 
 RobotValue parsed(const std::string& text, const Path& file, const vjm::EffectKinds& kinds) {
@@ -365,7 +292,9 @@ RobotValue write_robot(const std::filesystem::path& file, const std::string& tex
 void add_robots(py::module_& module) {
   add_postures(module);
   add_deflections(module);
-  py::class_<RobotValue>(module, "Robot", "A robot as its file has it.")
+  py::class_<RobotValue> robot(module, "Robot", "A robot as its file has it.");
+  add_import(robot);
+  robot
       .def_static(
           "read", [](const Path& file, const Kinds& kinds) { return robot_from(file, all(kinds)); },
           py::arg("file"), py::arg("kinds") = Kinds())
@@ -375,9 +304,6 @@ void add_robots(py::module_& module) {
             return parsed(text, file, all(kinds));
           },
           py::arg("text"), py::arg("file"), py::arg("kinds") = Kinds())
-      .def_static("from_urdf", &from_urdf, py::arg("file"),
-                  py::arg("joint_stiffness") = GivenStiffness(), py::arg("base") = "",
-                  py::arg("tip") = "")
       .def(py::pickle(&pickled, &unpickled))
       .def("write", &written, py::arg("file"))
       .def_property_readonly("name", [](const RobotValue& v) { return v.robot.name; })

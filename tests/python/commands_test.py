@@ -235,6 +235,72 @@ class Exports(Commands):
         self.assertFalse(there.exists())
 
 
+def bar_stl(length, y, z, pieces=12):
+    """A bar along x, closed, of two triangles a side of each piece."""
+    def corner(piece, i):
+        return (length * (piece + (i & 1)) / pieces, y / 2 if i & 2 else -y / 2, z / 2 if i & 4 else -z / 2)
+    sides = [(piece, side) for piece in range(pieces) for side in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3))]
+    lines = []
+    for piece, (a, b, c, d) in [*sides, (0, (0, 4, 6, 2)), (pieces - 1, (1, 3, 7, 5))]:
+        for triangle in ((a, b, c), (a, c, d)):
+            vertices = "".join("vertex {} {} {}\n".format(*corner(piece, i)) for i in triangle)
+            lines.append(f"facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    return "solid bar\n" + "".join(lines) + "endsolid bar\n"
+
+
+class Imports(Commands):
+    LENGTH, WIDTH, HEIGHT = 0.6, 0.04, 0.06  # m
+
+    def bar(self):
+        """One bar between two joints about its axis, of a mesh in a package, and a hand whose mesh is nowhere."""
+        meshes = self.path("parts") / "meshes"
+        meshes.mkdir(parents=True)
+        (meshes / "bar.stl").write_text(bar_stl(self.LENGTH, self.WIDTH, self.HEIGHT, 24))
+        joint = '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/><origin xyz="{} 0 0"/><axis xyz="1 0 0"/></joint>'
+        shape = '<visual><geometry><mesh filename="package://{}"/></geometry></visual>'
+        return self.path("bar.urdf", '<robot name="bar"><link name="base"/><link name="bar">' + shape.format("bar_parts/meshes/bar.stl")
+                         + '</link><link name="hand">' + shape.format("other/hand.stl") + "</link>" + joint.format("one", "base", "bar", 0)
+                         + joint.format("two", "bar", "hand", self.LENGTH) + "</robot>")
+
+    def test_links_are_identified_from_their_meshes_as_by_the_program(self):
+        urdf = self.bar()
+        for name in ("program", "python"):
+            self.path(name).mkdir()
+        self.program("import", urdf, "--package", f"bar_parts={self.path('parts')}", "--identify", "--material", "aluminium", "--accuracy", "2 %",
+                     "--joint-stiffness", "5e4", "-o", self.path("program") / "bar.yaml")
+        out, phases = self.path("python") / "bar.yaml", set()
+        with self.assertWarnsRegex(UserWarning, "link hand was not identified: .*its package is not known"):
+            robot = ks.Robot.from_urdf(urdf, 5e4, packages={"bar_parts": self.path("parts")}, identify=True, material="aluminium",
+                                       accuracy="2 %", out=out, progress=lambda phase, done: phases.add(phase))
+        self.assertEqual(out.read_bytes(), (self.path("program") / "bar.yaml").read_bytes())
+        self.assertEqual((robot.file, robot.text), (str(out), out.read_text()))
+        self.assertTrue(phases)
+        modulus, area = 70e9, self.WIDTH * self.HEIGHT
+        shear = modulus / 2.66
+        compliance = robot.compliance().array
+        for axis, moment in ((1, self.HEIGHT * self.WIDTH**3 / 12), (2, self.WIDTH * self.HEIGHT**3 / 12)):
+            cantilever = self.LENGTH**3 / (3 * modulus * moment) + 1.2 * self.LENGTH / (shear * area)
+            self.assertAlmostEqual(compliance[axis, axis] / cantilever, 1, delta=0.03)
+
+    def test_what_links_need_is_asked_for(self):
+        urdf = self.bar()
+        for why, given in (("out=", {"identify": True, "material": "steel"}), ("material=", {"identify": True, "out": self.path("a.yaml")}),
+                           ("identified", {"material": "steel"}),
+                           ("no material", {"identify": True, "material": "wood", "out": self.path("a.yaml")}),
+                           ("accuracy", {"identify": True, "material": "steel", "accuracy": "20", "out": self.path("a.yaml")}),
+                           ("no folder", {"identify": True, "material": "steel", "packages": {"a": "nowhere"}, "out": self.path("a.yaml")})):
+            with self.assertRaisesRegex(ks.ArgumentError, why):
+                ks.Robot.from_urdf(urdf, 5e4, **given)
+        self.assertFalse(self.path("a.yaml").exists())
+
+    def test_a_robot_is_written_as_by_the_program(self):
+        urdf = source("data/urdf/six_axis.urdf")
+        self.program("import", urdf, "--tip", "flange", "--joint-stiffness", "5e4 N m/rad", "-o", self.path("program.yaml"))
+        robot = ks.Robot.from_urdf(urdf, "5e4 N m/rad", tip="flange", out=self.path("python.yaml"))
+        self.assertEqual(self.path("python.yaml").read_bytes(), self.path("program.yaml").read_bytes())
+        self.assertEqual(robot.file, str(self.path("python.yaml")))
+
+
 class Readings(Commands):
     def plan(self):
         random = np.random.default_rng(2)
