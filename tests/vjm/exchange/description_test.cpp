@@ -280,6 +280,34 @@ TEST_F(Description, LinksOfSdfThatSayNothingOfTheirMassHaveAKilogram) {
               HasSubstr("what SDF means where a link says nothing"));
 }
 
+// By the attribute `auto` of SDF 1.11; a stated mass scales what the shapes have.
+TEST_F(Description, LinksOfSdfMayWeighWhatTheirCollisionsDo) {
+  const auto of_link = [this](const std::string& inertial, const std::string& geometry) {
+    return read("auto.sdf",
+                "<sdf version='1.11'><model name='r'><link name='l'><inertial auto='true'>" +
+                    inertial + "</inertial><collision name='a'><pose>1 2 3 0 0 0</pose>" +
+                    geometry + "</collision></link></model></sdf>");
+  };
+  const std::string box = "<geometry><box><size>0.2 0.4 0.6</size></box></geometry>";
+  const auto inertia = [&](const std::string& inertial, const std::string& geometry) {
+    return *of_link(inertial, geometry).links.back().inertia;
+  };
+  expect_inertia(inertia("", box), 48, {1, 2, 3}, {2.08, 1.6, 0.8});
+  expect_inertia(inertia("<density>500</density>", box), 24, {1, 2, 3}, {1.04, 0.8, 0.4});
+  expect_inertia(inertia("<density>9</density>", "<density>500</density>" + box), 24, {1, 2, 3},
+                 {1.04, 0.8, 0.4});
+  expect_inertia(inertia("<mass>12</mass>", box), 12, {1, 2, 3}, {0.52, 0.4, 0.2});
+  const RobotDescription mesh =
+      of_link("", "<geometry><mesh><uri>model://a/b.stl</uri></mesh></geometry>");
+  EXPECT_FALSE(mesh.links.back().inertia);
+  EXPECT_THAT(mesh.remarks, testing::ElementsAre(HasSubstr("computes it from a mesh")));
+  expect_refused(
+      "empty.sdf",
+      "<sdf version='1.11'><model name='r'><link name='l'>\n<inertial auto='true'/></link>"
+      "</model></sdf>",
+      "empty.sdf:2");
+}
+
 // One box, cylinder, capsule and ball in three formats.
 TEST_F(Description, TakesPrimitiveShapes) {
   const RobotDescription urdf = read("a.urdf", R"(<robot name="r"><link name="l">
