@@ -358,8 +358,9 @@ void take_deflection(const apps::PostureRequest& posture, const apps::LoadReques
   const vjm::Robot robot = posture.read();
   const vjm::Posture at = posture.posture(robot);
   warn_beyond_ranges(robot, at, run);
-  const vjm::Equilibrium found = load.solve(robot, at);
+  vjm::Equilibrium found = load.solve(robot, at);
   if (found.status != vjm::EquilibriumStatus::converged) throw common::NoConvergence(found.reason);
+  (void)check_segments(robot, posture, load, found);  // whether it lasts with finer beams, too
   value.found = asked.of(robot, posture, at, load, found, run).value();
   value.names = names_of_deflection();
   value.headline = report::headline(robot, found, value.found);
