@@ -5,9 +5,11 @@ import json
 import os
 import pathlib
 import pickle
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import warnings
 
@@ -202,6 +204,24 @@ class Uncertainties(Commands):
         there = ks.uncertainty(robot, robot.posture(at=[0.05, 0.02, 0]), wrench=[0, 0, -500])
         self.assertEqual(there.result, json.loads(self.path("deflect.json").read_bytes())["uncertainty"])
         self.assertEqual(there.headline, json.loads(self.path("deflect.json").read_bytes())["headline"])
+
+    def test_ctrl_c_stops_many_draws_within_a_second(self):
+        code = (f"import kinetostat as ks; r = ks.Robot.read({source('data/robots/gantry.yaml')!r})\n"
+                "try: ks.uncertainty(r, draws=100000, threads=1, progress=lambda phase, done: print(phase, flush=True))\n"
+                "except KeyboardInterrupt: print('stopped', flush=True)")
+        child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+        self.assertTrue(child.stdout.readline())
+        start = time.monotonic()
+        child.send_signal(signal.SIGINT)
+        rest, _ = child.communicate(timeout=60)
+        self.assertLess(time.monotonic() - start, 1)
+        self.assertTrue(rest.endswith("stopped\n"), rest)
+
+    def test_an_exception_of_progress_stops_and_comes_out(self):
+        def progress(phase, done):
+            raise LookupError(phase)
+        with self.assertRaises(LookupError):
+            ks.uncertainty(self.pendulum(), draws=100000, progress=progress)
 
     def test_a_robot_without_uncertain_numbers_is_refused(self):
         with self.assertRaisesRegex(ks.ArgumentError, "of no number that it is uncertain"):
