@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <sstream>
 #include <sys/mman.h>
@@ -250,6 +251,19 @@ bool ChildResult::ran_out_of_memory() const {
          (not_loaded && (said("failed to map") || said("cannot map") || said("annot allocate")));
 }
 
+namespace {
+
+// The shared library that has this code; empty where the program itself has it.
+std::filesystem::path own_library() {
+  static const char here = 0;
+  Dl_info found = {};
+  if (::dladdr(&here, &found) == 0 || found.dli_fname == nullptr) return {};
+  const std::filesystem::path file = found.dli_fname;
+  return file.extension() == ".so" ? std::filesystem::absolute(file) : std::filesystem::path();
+}
+
+}  // namespace
+
 std::filesystem::path find_helper(const std::string& name) {
   std::error_code ignored;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
@@ -257,6 +271,8 @@ std::filesystem::path find_helper(const std::string& name) {
   if (!program.empty())  // or the folders below would be those of whoever calls
     folders = {program.parent_path(),
                program.parent_path().parent_path() / "libexec" / "kinetostat"};
+  if (const std::filesystem::path library = own_library(); !library.empty())
+    folders.push_back(library.parent_path().parent_path().parent_path());
   folders.emplace_back(KINETOSTAT_LIBEXEC_DIR);
   for (const std::filesystem::path& folder : folders)
     if (std::filesystem::exists(folder / name, ignored)) return folder / name;

@@ -46,8 +46,10 @@ struct ChildCall {
 };
 
 /// Where a helper program of this name is: beside the running program, else in
-/// ../libexec/kinetostat from there (an installation may be moved), else in the folder that was
-/// fixed when kinetostat was configured. Empty when in none.
+/// ../libexec/kinetostat from there (an installation may be moved), else, for Python, which runs
+/// another program, two folders above the library with this code, which is the build folder of
+/// python/kinetostat/_core.so; else in the folder that was fixed when kinetostat was configured.
+/// Empty when in none.
 std::filesystem::path find_helper(const std::string& name);
 
 /// The program that a shell would start by this name: a path, or a name in the folders of PATH.

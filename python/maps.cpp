@@ -4,16 +4,15 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
-#include <variant>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "kinetostat/apps/cli/map_request.h"
 #include "kinetostat/common/parallel.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/python/bindings.h"
 #include "kinetostat/python/long_call.h"
+#include "kinetostat/python/robot_questions.h"
 #include "kinetostat/report/manipulators/map.h"
 #include "kinetostat/report/manipulators/pose.h"
 #include "kinetostat/spatial/rotation.h"
@@ -46,29 +45,15 @@ std::vector<vjm::Manipulator> finer_models(const RobotValue& value) {
   return finer;
 }
 
-using GivenWrench = std::variant<std::string, Eigen::VectorXd>;
-
-// Numbers are SI; a text is as on the command line.
-std::string wrench_text(const GivenWrench& given) {
-  if (const auto* text = std::get_if<std::string>(&given)) return *text;
-  const auto& wrench = std::get<Eigen::VectorXd>(given);
-  if ((wrench.size() != 3 && wrench.size() != 6) || !wrench.allFinite())
-    throw py::value_error("a wrench is Fx, Fy, Fz, or Fx, Fy, Fz, Mx, My, Mz [N, N m]");
-  std::vector<std::string> parts;
-  for (Eigen::Index i = 0; i < wrench.size(); ++i)
-    parts.push_back(fmt::format("{} {}", wrench[i], i < 3 ? "N" : "N m"));
-  return fmt::format("{}", fmt::join(parts, ","));
-}
-
 MapValue map_of(const RobotValue& robot, const std::string& grid,
                 const std::vector<std::string>& indices, const std::string& path,
-                const GivenWrench& wrench, const std::string& up_to, int threads,
+                const GivenNumbers& wrench, const std::string& up_to, int threads,
                 const py::object& progress) {
   apps::MapRequest request;
   request.grid = grid;
   request.path = path;
   request.indices = indices;
-  request.load.wrench = wrench_text(wrench);
+  request.load.wrench = wrench_words(wrench);
   request.up_to = up_to;
   MapValue value{robot, request.read_poses(robot.robot), {}, {}};
   value.indices = request.read_indices(robot.robot, value.list);
@@ -78,6 +63,7 @@ MapValue map_of(const RobotValue& robot, const std::string& grid,
     value.points = workspace_map(robot.robot.manipulator, value.list.poses, plain,
                                  thread_count(threads), shown, nullptr, finer_models(robot));
   });
+  warn_of(value.list.notes);
   return value;
 }
 

@@ -11,4 +11,7 @@ PYBIND11_MODULE(_core, module) {
   kinetostat::python::add_robots(module);
   kinetostat::python::add_maps(module);
   kinetostat::python::add_readings(module);
+  kinetostat::python::add_robot_results(module);
+  kinetostat::python::add_calibration(module);
+  kinetostat::python::add_simulation(module);
 }

@@ -33,7 +33,6 @@ namespace py = pybind11;
 using calibration::Campaign;
 using Path = std::filesystem::path;
 using RobotOrFile = std::variant<const RobotValue*, Path>;
-using CampaignPointer = std::shared_ptr<const CampaignValue>;
 
 RobotValue robot_of(const Path& campaign, const std::optional<RobotOrFile>& given) {
   if (!given) return robot_from(apps::CampaignRequest{{campaign.string()}}.read_robot().file);
@@ -143,12 +142,6 @@ struct Search {
 
 void require_known(const std::vector<std::string>& effects, const vjm::Robot& robot) {
   for (const std::string& kind : effects) (void)vjm::effect_kind(kind, robot.kinds());
-}
-
-// Whether the file of a robot has it as it is.
-bool is_in_its_file(const RobotValue& robot) {
-  const Path& file = robot.robot.file;
-  return std::filesystem::exists(file) && io::read_text(file) == robot.text;
 }
 
 // Fits are kept under the bytes of files: not those of a robot that is in no file, or in a part.

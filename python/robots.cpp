@@ -7,7 +7,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <stdexcept>
-#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -17,11 +16,10 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/python/bindings.h"
+#include "kinetostat/python/robot_questions.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/spatial/units.h"
-#include "kinetostat/vjm/exchange/description_file.h"
-#include "kinetostat/vjm/exchange/robot_import.h"
+#include "kinetostat/vjm/manipulator/joint_place.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -60,85 +58,11 @@ void for_each_drive(const vjm::Manipulator& manipulator, const Visit& visit) {
     }
 }
 
-struct PostureValue {
-  vjm::Posture posture;
-  Joints joints;
-};
-
 Eigen::Matrix4d transform(const spatial::Pose& pose) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   matrix.topLeftCorner<3, 3>() = pose.rotation();
   matrix.topRightCorner<3, 1>() = pose.position();
   return matrix;
-}
-
-using GivenNumber = std::variant<double, std::string>;  // "5e4 N m/rad"
-using GivenStiffness = std::variant<std::monostate, GivenNumber, std::vector<GivenNumber>,
-                                    std::map<std::string, GivenNumber>>;
-
-[[noreturn]] void fail_stiffness(const std::string& what) {
-  throw py::value_error("joint_stiffness " + what);
-}
-
-double in_si(const vjm::DescribedJoint& drive, const GivenNumber& given) {
-  double value = 0;
-  if (const auto* text = std::get_if<std::string>(&given)) try {
-      value = spatial::parse_quantity(*text,
-                                      turns(drive) ? spatial::dimension::torsional_stiffness
-                                                   : spatial::dimension::linear_stiffness,
-                                      turns(drive) ? "N m/rad" : "N/m");
-    } catch (const std::invalid_argument& error) {
-      fail_stiffness(fmt::format("of {}: {}", drive.name, error.what()));
-    }
-  else
-    value = std::get<double>(given);
-  if (!(value > 0)) fail_stiffness(fmt::format("of {} is not positive: {}", drive.name, value));
-  return value;
-}
-
-// By the names of drives, each one's own.
-Joints stiffness_by_name(const std::vector<vjm::DescribedJoint>& drives,
-                         const GivenStiffness& given) {
-  Joints result;
-  if (const auto* each = std::get_if<std::map<std::string, GivenNumber>>(&given)) {
-    for (const auto& [name, k] : *each) {
-      const auto drive = std::find_if(drives.begin(), drives.end(),
-                                      [&name = name](const auto& d) { return d.name == name; });
-      if (drive == drives.end()) fail_stiffness(fmt::format("names '{}', which is no drive", name));
-      result[name] = in_si(*drive, k);
-    }
-  } else if (const auto* one = std::get_if<GivenNumber>(&given)) {
-    for (const vjm::DescribedJoint& drive : drives) {
-      if (vjm::turns(drive) != vjm::turns(drives.front()))
-        fail_stiffness("is one for drives that turn and drives that slide: give a dict by name");
-      result[drive.name] = in_si(drive, *one);
-    }
-  } else if (const auto* all = std::get_if<std::vector<GivenNumber>>(&given)) {
-    if (all->size() != drives.size())
-      fail_stiffness(
-          fmt::format("has {} values for {} drives: give one for all, one for each from base to "
-                      "tip, or a dict by name",
-                      all->size(), drives.size()));
-    for (std::size_t d = 0; d < drives.size(); ++d)
-      result[drives[d].name] = in_si(drives[d], (*all)[d]);
-  }
-  return result;
-}
-
-RobotValue from_urdf(const Path& file, const GivenStiffness& stiffness, const std::string& base,
-                     const std::string& tip) {
-  const vjm::RobotDescription model = vjm::read_robot_description(file);
-  const vjm::DescribedChain chain = vjm::find_chain(model, base, tip);
-  const std::vector<vjm::DescribedJoint> drives = vjm::import_robot(model, chain).drives;
-  vjm::ImportOptions options;
-  options.stiffness = stiffness_by_name(drives, stiffness);
-  for (const vjm::DescribedJoint& drive : drives)
-    if (!drive.stiffness && !options.stiffness.contains(drive.name))
-      throw py::value_error(
-          fmt::format("joint_stiffness says nothing of drive '{}', of which {} has no spring",
-                      drive.name, file.string()));
-  const std::string text = vjm::import_robot(model, chain, options).text;
-  return {vjm::parse_robot(text, file), text};
 }
 
 RobotValue parsed(const std::string& text, const Path& file, const vjm::EffectKinds& kinds) {
@@ -190,6 +114,30 @@ spatial::Pose pose_of(const Eigen::MatrixXd& at) {
   return {spatial::exp_rotation(pose.tail<3>()), pose.head<3>()};
 }
 
+// As --at has it: x, y, z and a rotation vector.
+std::string words_of_pose(const Eigen::MatrixXd& at) {
+  Eigen::VectorXd numbers = at.reshaped();
+  if (at.rows() == 4) {
+    const spatial::Pose pose = pose_of(at);
+    numbers.resize(6);
+    numbers << pose.position(), spatial::log_rotation(pose.rotation());
+  }
+  std::vector<std::string> parts;
+  for (Eigen::Index i = 0; i < numbers.size(); ++i)
+    parts.push_back(fmt::format("{} {}", numbers[i], i < 3 ? "m" : "rad"));
+  return fmt::format("{}", fmt::join(parts, ","));
+}
+
+// As --joints has them.
+std::string words_of_joints(const vjm::Manipulator& manipulator, const Joints& joints) {
+  std::vector<std::string> parts;
+  for (const auto& [name, value] : joints) {
+    const vjm::Coordinate& joint = coordinate_at(manipulator, find_joint(manipulator, name));
+    parts.push_back(fmt::format("{}={} {}", name, value, is_rotation(joint.motion) ? "rad" : "m"));
+  }
+  return fmt::format("{}", fmt::join(parts, ","));
+}
+
 PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixXd>& at,
                      const std::optional<Joints>& joints) {
   const vjm::Manipulator& manipulator = value.robot.manipulator;
@@ -203,6 +151,8 @@ PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixX
                                 : posture_from_joints(manipulator, joints.value_or(Joints()));
   if (!found.reached) throw common::NoConvergence(found.reason);
   PostureValue result{std::move(found.posture), {}};
+  if (at) result.at = words_of_pose(*at);
+  if (joints) result.joint_values = words_of_joints(manipulator, *joints);
   for_each_drive(manipulator, [&](const std::string& name, std::size_t chain, std::size_t i) {
     result.joints[name] = result.posture.coordinates[chain][static_cast<Eigen::Index>(i)];
   });
@@ -213,23 +163,14 @@ PostureValue posture(const RobotValue& value, const std::optional<Eigen::MatrixX
 PostureValue asked_posture(const RobotValue& value, const std::optional<Eigen::MatrixXd>& at,
                            const std::optional<Joints>& joints) {
   PostureValue result = posture(value, at, joints);
-  for (const std::string& words : apps::beyond_ranges(value.robot, result.posture))
-    if (PyErr_WarnEx(PyExc_UserWarning, words.c_str(), 1) != 0) throw py::error_already_set();
+  warn_of(apps::beyond_ranges(value.robot, result.posture));
   return result;
 }
 
 // Home where none is given.
 vjm::Posture chosen(const RobotValue& value, const PostureValue* given) {
   if (given == nullptr) return posture(value, {}, {}).posture;
-  const auto& chains = value.robot.manipulator.chains();
-  const auto& coordinates = given->posture.coordinates;
-  bool is_own = chains.size() == coordinates.size();
-  for (std::size_t c = 0; is_own && c < chains.size(); ++c)
-    is_own = chains[c].size() == coordinates[c].size();
-  for (const std::string& name : joint_names(value))
-    is_own = is_own && given->joints.contains(name);
-  if (!is_own)
-    throw py::value_error("the posture is one of another robot: ask this robot for its posture()");
+  require_own(value, *given);
   return given->posture;
 }
 
@@ -269,13 +210,15 @@ py::tuple pickled_posture(const PostureValue& value) {
   std::vector<Eigen::Matrix4d> inner;
   for (const spatial::Pose& body : value.posture.inner_bodies) inner.push_back(transform(body));
   return py::make_tuple(transform(value.posture.platform), value.posture.coordinates, inner,
-                        value.joints);
+                        value.joints, value.at, value.joint_values);
 }
 
 PostureValue unpickled_posture(const py::tuple& state) {
   PostureValue value{{.platform = pose_of(state[0].cast<Eigen::MatrixXd>()),
                       .coordinates = state[1].cast<std::vector<Eigen::VectorXd>>()},
-                     state[3].cast<Joints>()};
+                     state[3].cast<Joints>(),
+                     state[4].cast<std::string>(),
+                     state[5].cast<std::string>()};
   for (const auto& body : state[2].cast<std::vector<Eigen::MatrixXd>>())
     value.posture.inner_bodies.push_back(pose_of(body));
   return value;
@@ -322,6 +265,23 @@ RobotValue robot_from(const std::filesystem::path& file, const vjm::EffectKinds&
   return {vjm::read_robot(file, {.kinds = kinds}), io::read_text(file), kinds};
 }
 
+bool is_in_its_file(const RobotValue& robot) {
+  const Path& file = robot.robot.file;
+  return std::filesystem::exists(file) && io::read_text(file) == robot.text;
+}
+
+void require_own(const RobotValue& robot, const PostureValue& posture) {
+  const auto& chains = robot.robot.manipulator.chains();
+  const auto& coordinates = posture.posture.coordinates;
+  bool is_own = chains.size() == coordinates.size();
+  for (std::size_t c = 0; is_own && c < chains.size(); ++c)
+    is_own = chains[c].size() == coordinates[c].size();
+  for (const std::string& name : joint_names(robot))
+    is_own = is_own && posture.joints.contains(name);
+  if (!is_own)
+    throw py::value_error("the posture is one of another robot: ask this robot for its posture()");
+}
+
 RobotValue write_robot(const std::filesystem::path& file, const std::string& text,
                        const vjm::EffectKinds& kinds) {
   RobotValue robot = {vjm::parse_robot(text, file, {.kinds = kinds}), text, kinds};
@@ -332,7 +292,9 @@ RobotValue write_robot(const std::filesystem::path& file, const std::string& tex
 void add_robots(py::module_& module) {
   add_postures(module);
   add_deflections(module);
-  py::class_<RobotValue>(module, "Robot", "A robot as its file has it.")
+  py::class_<RobotValue> robot(module, "Robot", "A robot as its file has it.");
+  add_import(robot);
+  robot
       .def_static(
           "read", [](const Path& file, const Kinds& kinds) { return robot_from(file, all(kinds)); },
           py::arg("file"), py::arg("kinds") = Kinds())
@@ -342,9 +304,6 @@ void add_robots(py::module_& module) {
             return parsed(text, file, all(kinds));
           },
           py::arg("text"), py::arg("file"), py::arg("kinds") = Kinds())
-      .def_static("from_urdf", &from_urdf, py::arg("file"),
-                  py::arg("joint_stiffness") = GivenStiffness(), py::arg("base") = "",
-                  py::arg("tip") = "")
       .def(py::pickle(&pickled, &unpickled))
       .def("write", &written, py::arg("file"))
       .def_property_readonly("name", [](const RobotValue& v) { return v.robot.name; })

@@ -332,4 +332,8 @@ vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const 
   return list;
 }
 
+void remark_on(const vjm::PoseList& list, const Run& run) {
+  for (const std::string& note : list.notes) run.remark(note);
+}
+
 }  // namespace kinetostat::apps

@@ -24,4 +24,7 @@ vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const 
 vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load,
                         const io::Part& part = {});
 
+/// Says what was assumed of the poses.
+void remark_on(const vjm::PoseList& list, const Run& run);
+
 }  // namespace kinetostat::apps

@@ -16,6 +16,7 @@
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/uncertainty/deflection_numbers.h"
+#include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -112,7 +113,9 @@ void PostureRequest::add_posture_options(OptionList& app) {
       .excludes(at_option);
 }
 
-vjm::Robot PostureRequest::read() const { return vjm::read_robot(robot_file); }
+vjm::Robot PostureRequest::read(const vjm::LinkOptions& options) const {
+  return source ? source(options) : vjm::read_robot(robot_file, options);
+}
 
 vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
   vjm::PostureResult result;
@@ -325,8 +328,9 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
     throw UsageError("--drawn", "no draws are asked for", "Give --draws 1000");
   if (none) return std::nullopt;
   if (robot.sources.empty()) {
-    if (draws > 0)
-      throw UsageError("--draws", "the robot file says of no number that it is uncertain",
+    if (draws > 0 || required)
+      throw UsageError(draws > 0 ? "--draws" : "the uncertainty",
+                       "the robot file says of no number that it is uncertain",
                        "Write some as {value: 2.0e4, sd: 5 %}");
     return std::nullopt;
   }
@@ -338,9 +342,22 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
                                         : draws_by_table(*this, robot, compute, run);
     return uncertainty;
   } catch (const common::NoConvergence& error) {
+    if (required) throw;
     run.warn(error.what());  // the result itself stands
     return std::nullopt;
   }
+}
+
+std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
+                                                       const PostureRequest& request,
+                                                       const vjm::Posture& posture,
+                                                       const spatial::Vector3& direction,
+                                                       Run& run) const {
+  const auto numbers = [&](const vjm::Robot& other) -> std::optional<Eigen::VectorXd> {
+    const auto own = request.posture_like(posture, robot, other);
+    return own ? vjm::stiffness_numbers(other, *own, direction) : std::nullopt;
+  };
+  return of(robot, numbers, run);
 }
 
 std::optional<vjm::Uncertainty> UncertaintyRequest::of(
@@ -360,7 +377,7 @@ vjm::SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& 
   if (!robot.has_beams || found.status != vjm::EquilibriumStatus::converged) return check;
   const bool held = load.task(robot).platform_held;
   const auto solved_with = [&](int multiple) {
-    const vjm::Robot finer = vjm::read_robot(posture.robot_file, {.segment_multiple = multiple});
+    const vjm::Robot finer = posture.read({.segment_multiple = multiple});
     return load.solve(finer, posture.posture(finer));
   };
   check.lumping_error = vjm::lumping_error(found, solved_with(2), held);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,11 +22,13 @@ class Run;
 /// ROBOT.yaml with --at or --joints.
 struct PostureRequest {
   std::string robot_file, at, joints;
+  /// Reads a robot that is in memory; none: `robot_file` is read.
+  std::function<vjm::Robot(const vjm::LinkOptions&)> source = {};
 
   void add_options(OptionList& app);
   /// --at and --joints alone.
   void add_posture_options(OptionList& app);
-  vjm::Robot read() const;
+  vjm::Robot read(const vjm::LinkOptions& options = {}) const;
   /// Throws UsageError for a malformed option, common::NoConvergence for an unreachable pose.
   vjm::Posture posture(const vjm::Robot& robot) const;
   /// That of a robot like one whose posture is known, but for uncertain numbers; nothing where it
@@ -64,6 +67,7 @@ struct UncertaintyRequest {
   int draws = 0;
   std::uint64_t seed = 1;
   bool none = false;
+  bool required = false;  // none is an error
   std::string drawn, part;
 
   void add_options(OptionList& app);
@@ -71,8 +75,12 @@ struct UncertaintyRequest {
   void add_drawn_options(OptionList& app);
   /// None where none is wanted, and for a robot without uncertain numbers; then --draws is a
   /// UsageError. None, with a warning, where robots beside that of the file stand in no
-  /// equilibrium.
+  /// equilibrium; common::NoConvergence where it is `required`.
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Computation& compute,
+                                     Run& run) const;
+  /// Of stiffness_numbers() of the unloaded robot along a unit vector.
+  std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const PostureRequest& request,
+                                     const vjm::Posture& posture, const spatial::Vector3& direction,
                                      Run& run) const;
   /// Of deflection_numbers() of an equilibrium under `load`; none where it was not found.
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const PostureRequest& request,

@@ -7,11 +7,13 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/cli/write_robot.h"
-#include "kinetostat/apps/commands/calibrated_robot.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/results/calibrated_robot.h"
+#include "kinetostat/apps/results/results.h"
 #include "kinetostat/calibration/comparison/before_after.h"
 #include "kinetostat/calibration/kinematics/kinematic_calibration.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/kinematics.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/readings_picture.h"
@@ -85,15 +87,12 @@ io::Json calibrate(const CalibrateRequest& request, Run& run) {
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   const KinematicCalibration result =
       calibration::calibrate_kinematics(robot, campaign, options, run.threads(), run.progress());
-  io::Json json{{"headline", report::headline(campaign, result)},
-                {"inputs", report::provenance(robot)}};
-  add_robot_replaced(robot, campaign, json);
+  io::Json json = calibration_result(robot, campaign, result);
   say_which_robot(robot, campaign, run);
   run.print(report::first_screen(robot, campaign, result, next_after(request, result, run)));
   run.print_more("\n" + report::text(campaign, result));
-  json.update(report::to_json(campaign, result));
   if (result.geometry.empty()) return json;
-  const std::string text = calibrated_robot(robot, campaign, result);
+  const std::string text = calibrated_robot(robot, io::read_text(robot.file), campaign, result);
   if (run.out()) {
     write_robot(*run.out(), text);
     json["robot"] = run.out()->string();

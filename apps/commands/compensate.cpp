@@ -59,6 +59,7 @@ io::Json compensate(const CompensateRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.robot_file);
   const vjm::CompensationOptions options{.components = read_components(request.components)};
   const vjm::PoseList path = read_path(request.path, robot, request.load.load(robot));
+  remark_on(path, run);
   std::vector<vjm::Compensation> points(path.poses.size());
   common::parallel_for(points.size(), run.threads(), "poses", run.progress(), [&](std::size_t i) {
     points[i] = vjm::compensate(robot.manipulator, path.poses[i], options);

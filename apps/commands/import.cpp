@@ -11,10 +11,9 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
-#include "kinetostat/apps/commands/mesh_links.h"
+#include "kinetostat/apps/results/mesh_links.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
-#include "kinetostat/fea/link/link_file.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/imported_robot.h"
 #include "kinetostat/report/screen/wording.h"
@@ -35,7 +34,6 @@ struct ImportRequest {
 
 constexpr char stiffness_option[] = "--joint-stiffness";
 constexpr char effort_option[] = "--joint-stiffness-by-effort";
-constexpr char material_option[] = "--material";
 
 double stiffness_of(const DescribedJoint& drive, const std::string& text) {
   const double value =
@@ -184,26 +182,6 @@ Packages read_packages(const std::vector<std::string>& texts) {
   return packages;
 }
 
-// Before the first link is looked at.
-template <class Parse>
-void require_readable(const char* option, const std::string& text, const Parse& parse) try {
-  (void)parse(text);
-} catch (const common::InputError& error) {
-  throw UsageError(option, error.details().what, error.details().cure);
-}
-
-// As link files have it: a name for a usual one.
-std::string material_of(const std::string& text) {
-  if (text == "steel") return "{E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}";
-  if (text == "aluminium") return "{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}";
-  if (text == "cast-iron") return "{E: 110 GPa, nu: 0.26, density: 7200 kg/m^3}";
-  if (!text.starts_with('{'))
-    throw UsageError(material_option, fmt::format("'{}' is no material that is known", text),
-                     "Give steel, aluminium, cast-iron, or '{E: 70 GPa, nu: 0.33}'");
-  require_readable(material_option, text, fea::parse_material);
-  return text;
-}
-
 vjm::ImportOptions stiffnesses(const ImportRequest& request,
                                const std::vector<DescribedJoint>& drives) {
   vjm::ImportOptions options;
@@ -243,10 +221,10 @@ io::Json import(const ImportRequest& request, Run& run) {
   }
   MeshLinks links;
   if (request.identify) {
-    require_readable("--accuracy", request.accuracy, fea::parse_accuracy);
+    require_accuracy(request.accuracy);
     links = identify_bodies(model, robot.bodies,
                             {.packages = packages,
-                             .material = material_of(request.material),
+                             .material = link_material(request.material),
                              .accuracy = request.accuracy,
                              .robot_file = *run.out(),
                              .no_cache = request.no_cache},
@@ -283,7 +261,7 @@ void add_identify_options(OptionList& app, ImportRequest& request) {
       app.add_flag("--identify", request.identify,
                    "Find the compliance of links from their shapes, held and loaded about the axes "
                    "of their joints");
-  app.add_option(material_option, request.material,
+  app.add_option("--material", request.material,
                  "Of links that are identified: steel, aluminium, cast-iron, or as in link files "
                  "'{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}'")
       .type_name("MATERIAL")

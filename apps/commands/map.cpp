@@ -10,6 +10,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/map_request.h"
 #include "kinetostat/apps/cli/option_values.h"
+#include "kinetostat/apps/cli/pose_list.h"
 #include "kinetostat/apps/cli/version.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/link_models.h"
@@ -215,7 +216,7 @@ vjm::PoseList read_poses(const GridRequest& request, const vjm::Robot& robot, co
   if (!part.is_whole() && !run.out())
     throw UsageError("--out", "a part goes into a file, for join", "Give -o FILE");
   vjm::PoseList list = request.map.read_poses(robot, part);
-  for (const std::string& note : list.notes) run.remark(note);
+  remark_on(list, run);
   if (list.poses.empty() && list.whole > 0)
     throw UsageError("--part", fmt::format("there are only {} poses", list.whole),
                      "Divide them into fewer parts");

@@ -1,17 +1,14 @@
 // kinetostat modes: natural frequencies of a link from its CAD mesh, or of a robot in a posture.
 #include "kinetostat/report/links/modes.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <optional>
+#include <memory>
 
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/command.h"
-#include "kinetostat/apps/cli/option_values.h"
-#include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/results/robot_modes.h"
 #include "kinetostat/fea/link/displacement_fields.h"
 #include "kinetostat/fea/link/matrix_export.h"
 #include "kinetostat/fea/link/modal_study.h"
@@ -26,16 +23,11 @@
 namespace kinetostat::apps {
 namespace {
 
-struct ModesRequest {
-  PostureRequest robot;  // its file may be a link file
-  LoadRequest load;
-  UncertaintyRequest uncertainty;
-  bool weight = false;
-  std::string vtu, response;
+// Of a robot, whose file may be a link file, and of a link.
+struct ModesRequest : RobotModesRequest {
+  std::string vtu;
   std::vector<std::string> reduced;
-  std::optional<double> damping, loss_factor;
   bool free = false, held = false, no_cache = false;
-  int modes = fea::ModalOptions{}.modes;
   std::uint64_t memory = 0;  // [bytes]; 0: a share of what is free
   fea::RefinementOptions refinement{.most_unknowns = 300'000};
 };
@@ -106,53 +98,6 @@ io::Json modes_of_link(Run& run, const ModesRequest& request) {
   return json;
 }
 
-bool is_loaded(const ModesRequest& request) { return request.weight || request.load.given(); }
-
-vjm::NaturalModes modes_in_posture(const ModesRequest& request, const vjm::Robot& robot,
-                                   const vjm::Posture& posture) {
-  return is_loaded(request)
-             ? natural_modes(robot.manipulator, posture, request.load.load(robot), request.modes)
-             : natural_modes(robot.manipulator, posture, request.modes);
-}
-
-vjm::SmallMotions motions_in_posture(const ModesRequest& request, const vjm::Robot& robot,
-                                     const vjm::Posture& posture) {
-  return is_loaded(request) ? small_motions(robot.manipulator, posture, request.load.load(robot))
-                            : small_motions(robot.manipulator, posture);
-}
-
-// The largest change of a frequency with finer beams, beside it.
-std::optional<double> lumping_error(const ModesRequest& request, const vjm::NaturalModes& given) {
-  const vjm::Robot robot = vjm::read_robot(request.robot.robot_file, {.segment_multiple = 2});
-  const vjm::NaturalModes finer = modes_in_posture(request, robot, request.robot.posture(robot));
-  double most = 0;
-  for (std::size_t k = 0; k < std::min(given.modes.size(), finer.modes.size()); ++k)
-    most = std::max(most, std::abs(given.modes[k].frequency / finer.modes[k].frequency - 1));
-  return most;
-}
-
-// Of the frequencies, in their order.
-std::optional<vjm::Uncertainty> uncertainty_of(const ModesRequest& request, const vjm::Robot& robot,
-                                               const vjm::Posture& posture,
-                                               const vjm::NaturalModes& given, Run& run) {
-  if (given.modes.empty()) return std::nullopt;
-  const auto frequencies = [&](const vjm::Robot& other) -> std::optional<Eigen::VectorXd> {
-    const auto own = request.robot.posture_like(posture, robot, other);
-    if (!own) return std::nullopt;
-    try {
-      const vjm::NaturalModes found = modes_in_posture(request, other, *own);
-      if (found.modes.size() != given.modes.size()) return std::nullopt;
-      Eigen::VectorXd numbers(std::ssize(found.modes));
-      for (std::size_t k = 0; k < found.modes.size(); ++k)
-        numbers[static_cast<Eigen::Index>(k)] = found.modes[k].frequency;
-      return numbers;
-    } catch (const common::NoConvergence&) {
-      return std::nullopt;
-    }
-  };
-  return request.uncertainty.of(robot, frequencies, run);
-}
-
 // Options that are about links alone.
 void refuse_options_of_links(const ModesRequest& request) {
   for (const auto& [given, name] : {std::pair{request.free, "--free"},
@@ -164,61 +109,14 @@ void refuse_options_of_links(const ModesRequest& request) {
                        "Leave it out, or name a link file");
 }
 
-// "1:500" or "1:500:400".
-std::vector<double> frequencies_of(const std::string& text, const vjm::NaturalModes& found) {
-  const std::vector<std::string> parts = split(text, ':');
-  std::vector<double> values;
-  values.reserve(parts.size() + 1);
-  for (const std::string& part : parts)
-    values.push_back(quantity("--response", part, spatial::dimension::none, {}));
-  constexpr double usual = 200, most = 5000;
-  if (values.size() == 2) values.push_back(usual);
-  if (values.size() != 3 || !(values[0] > 0) || !(values[1] > values[0]) || !(values[2] >= 2) ||
-      values[2] > most || values[2] != std::floor(values[2]))
-    throw UsageError("--response", fmt::format("'{}' is no range of frequencies", text),
-                     "Write --response 1:500, or with a number of steps up to 5000, 1:500:400");
-  std::vector<double> peaks;
-  for (const vjm::ManipulatorMode& mode : found.modes) peaks.push_back(mode.frequency);
-  return vjm::response_frequencies(values[0], values[1], static_cast<int>(values[2]), peaks);
-}
-
-vjm::Damping damping_of(const ModesRequest& request) {
-  if (request.loss_factor) return {vjm::Damping::Kind::structural, *request.loss_factor};
-  if (request.damping) return {vjm::Damping::Kind::modal, *request.damping};
-  throw UsageError("--response", "no damping is stated, and no model knows it",
-                   "Add --damping 0.02, the damping ratio of every mode, or --loss-factor 0.04");
-}
-
-void add_response(const ModesRequest& request, const vjm::Robot& robot, const vjm::Posture& posture,
-                  report::RobotModes& modes) {
-  if (request.response.empty()) return;
-  modes.damping = damping_of(request);
-  modes.response = frequency_response(motions_in_posture(request, robot, posture), modes.damping,
-                                      frequencies_of(request.response, modes.found));
-}
-
 io::Json modes_of_robot(Run& run, const ModesRequest& request) {
   refuse_options_of_links(request);
-  const vjm::Robot robot = request.robot.read();
-  const vjm::Posture posture = request.robot.posture(robot);
-  warn_beyond_ranges(robot, posture, run);
-  report::RobotModes modes{.found = modes_in_posture(request, robot, posture),
-                           .is_loaded = is_loaded(request)};
-  if (!(modes.found.mass > 0))
-    throw common::InputError(robot.file, "nothing in this robot has a mass",
-                             "Write 'mass: {mass: 12 kg, center: [0, 0, 100]}' in a link, or a "
-                             "'mass' between the elements of a chain");
-  if (robot.has_beams) modes.lumping_error = lumping_error(request, modes.found);
-  add_response(request, robot, posture, modes);
-  modes.uncertainty = uncertainty_of(request, robot, posture, modes.found, run);
-  run.print(report::first_screen(robot, modes));
-  run.print_more("\n" + report::text(robot, posture));
-  run.draw(
-      report::picture(robot.manipulator.without_errors(), modes.found.posture, modes.found.modes));
-  io::Json json = report::inputs_and_posture(robot, posture);
-  json["headline"] = report::headline(robot, modes);
-  json.update(report::to_json(robot, modes));
-  return json;
+  const RobotModesResult result = modes_of_robot(request, run);
+  const vjm::NaturalModes& found = result.modes.found;
+  run.print(report::first_screen(result.robot, result.modes));
+  run.print_more("\n" + report::text(result.robot, result.posture));
+  run.draw(report::picture(result.robot.manipulator.without_errors(), found.posture, found.modes));
+  return to_json(result);
 }
 
 io::Json find_modes(Run& run, const ModesRequest& request) {

@@ -107,7 +107,22 @@ void read_range(const std::string& text, const vjm::Robot& robot,
     throw UsageError("--within", fmt::format("'{}' is given twice", name));
 }
 
-calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot& robot) {
+std::vector<spatial::Pose> read_work(const std::string& file, const vjm::Robot& robot,
+                                     const Run& run) {
+  const vjm::PoseList path = read_path(file, robot, {});
+  remark_on(path, run);
+  std::vector<spatial::Pose> work;
+  for (const vjm::TargetPose& pose : path.poses) {
+    if (!pose.held.empty())
+      throw UsageError("--work-at", "the work is where the platform is, not a joint",
+                       "Leave the columns of joints out of the file");
+    work.push_back(pose.platform);
+  }
+  return work;
+}
+
+calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot& robot,
+                                    const Run& run) {
   calibration::PlanOptions options = request.options;
   const auto positive = [&](const char* name, const std::string& text,
                             const spatial::Dimension& dimension) {
@@ -121,13 +136,7 @@ calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot
   options.measuring.most_moment =
       positive("--most-moment", request.most_moment, spatial::dimension::moment);
   for (const std::string& range : request.within) read_range(range, robot, options.measuring);
-  if (!request.work_at.empty())
-    for (const vjm::TargetPose& pose : read_path(request.work_at, robot, {}).poses) {
-      if (!pose.held.empty())
-        throw UsageError("--work-at", "the work is where the platform is, not a joint",
-                         "Leave the columns of joints out of the file");
-      options.work_at.push_back(pose.platform);
-    }
+  if (!request.work_at.empty()) options.work_at = read_work(request.work_at, robot, run);
   return options;
 }
 
@@ -143,7 +152,7 @@ std::string after_plan(const PlanRequest& request, const calibration::Plan& plan
 io::Json plan(const PlanRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
-  const calibration::PlanOptions options = options_of(request, robot);
+  const calibration::PlanOptions options = options_of(request, robot, run);
   const calibration::DiagnosisRecord diagnosis = diagnosis_of(request, robot, campaign, run);
   const calibration::PlanQuestion question = question_of(request, robot, diagnosis);
   const calibration::Plan plan =

@@ -12,7 +12,6 @@
 #include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/manipulator.h"
-#include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -56,13 +55,7 @@ Unloaded unloaded_robot(const StiffnessRequest& request, const vjm::Robot& robot
   const spatial::Vector3 softest = report::softest_direction(*of.stiffness.compliance).direction;
   of.softest = softest;
   of.shares = vjm::spring_shares(robot.manipulator, posture, softest);
-  of.uncertainty = request.uncertainty.of(
-      robot,
-      [&](const vjm::Robot& other) -> std::optional<Eigen::VectorXd> {
-        const auto own = request.posture.posture_like(posture, robot, other);
-        return own ? stiffness_numbers(other, *own, softest) : std::nullopt;
-      },
-      run);
+  of.uncertainty = request.uncertainty.of(robot, request.posture, posture, softest, run);
   return of;
 }
 

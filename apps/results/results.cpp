@@ -4,11 +4,13 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis_file.h"
+#include "kinetostat/report/kinematics.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
 #include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/screen/comparison.h"
 #include "kinetostat/report/screen/diagnosis.h"
+#include "kinetostat/report/screen/kinematics.h"
 #include "kinetostat/report/screen/plan.h"
 
 namespace kinetostat::apps {
@@ -32,6 +34,15 @@ io::Json comparison_result(const vjm::Robot& robot, const calibration::Campaign&
   add_robot_replaced(robot, campaign, json);
   json.update(report::to_json(campaign, comparison));
   json["configurations"] = report::configurations(robot, campaign);
+  return json;
+}
+
+io::Json calibration_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                            const calibration::KinematicCalibration& calibration) {
+  io::Json json{{"headline", report::headline(campaign, calibration)},
+                {"inputs", report::provenance(robot)}};
+  add_robot_replaced(robot, campaign, json);
+  json.update(report::to_json(campaign, calibration));
   return json;
 }
 

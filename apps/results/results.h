@@ -4,6 +4,7 @@
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/design/plan.h"
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/kinematics/kinematic_calibration.h"
 #include "kinetostat/io/json.h"
 
 namespace kinetostat::apps {
@@ -15,6 +16,9 @@ io::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& 
 /// That of `compare`: every reading.
 io::Json comparison_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
                            const calibration::Comparison& comparison);
+/// That of `calibrate`, but for the file that it writes.
+io::Json calibration_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                            const calibration::KinematicCalibration& calibration);
 /// That of `plan`.
 io::Json plan_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
                      const calibration::PlanQuestion& question,

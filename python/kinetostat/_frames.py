@@ -9,7 +9,7 @@ from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy as np
 
-from ._core import ArgumentError, ArgumentTypeError, Campaign, Comparison, Map, Robot
+from ._core import ArgumentError, ArgumentTypeError, Campaign, Comparison, Map, Robot, Trace
 
 
 def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[str]"], *,
@@ -44,13 +44,13 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     return Campaign.read(campaign, robot=robot)
 
 
-def frame_of(value: Union[Campaign, Comparison, Map]) -> Any:
+def frame_of(value: Union[Campaign, Comparison, Map, Trace]) -> Any:
     """A pandas.DataFrame, SI: the readings of a campaign (conditions, postures, loads about their point, displacements,
     covariates), those of a comparison with what the best model leaves of them ("residual dz", and "whitened dz" in units of the
-    noise), or a map, one row a pose."""
+    noise), a map, one row a pose, or a path of equilibria, one row a point."""
     import pandas
-    if not isinstance(value, (Campaign, Comparison, Map)):
-        raise ArgumentTypeError(f"a campaign, a comparison or a map makes a frame, not {type(value).__name__}")
+    if not isinstance(value, (Campaign, Comparison, Map, Trace)):
+        raise ArgumentTypeError(f"a campaign, a comparison, a map or a trace makes a frame, not {type(value).__name__}")
     if not isinstance(value, Comparison):
         return pandas.DataFrame(value.columns())
     frame = pandas.DataFrame(value.campaign.columns())

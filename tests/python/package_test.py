@@ -241,6 +241,8 @@ class Robots(unittest.TestCase):
             ks.map_poses(robot, grid, wrench=[1, 2])
         with self.assertRaisesRegex(ValueError, "no index"):
             ks.map_poses(robot, grid, ["wekest"])
+        with self.assertWarnsRegex(UserWarning, "flat.csv has no column z: it is 0 in every pose"):
+            ks.map_poses(robot, path=str(self.path("flat.csv", "x,y\n0,10\n")))
 
     def test_many_matrices_are_those_of_each_pose(self):
         robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))

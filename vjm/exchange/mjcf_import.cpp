@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <tinyxml2.h>
 
 #include <Eigen/Geometry>
@@ -12,13 +13,15 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/exchange/solid_inertia.h"
 #include "kinetostat/vjm/exchange/xml_file.h"
 
 namespace kinetostat::vjm::mjcf_import {
 namespace {
 
-constexpr double last_shown_group =
-    2;  // of geoms; the viewer hides others, as collision meshes are
+// Of geoms; the viewer hides others, as collision meshes are.
+constexpr double last_shown_group = 2;
+constexpr double usual_density = 1000;  // [kg/m^3] of geoms
 
 using spatial::Matrix3;
 using spatial::Pose;
@@ -50,6 +53,7 @@ class Reader {
     read_couplings();
     read_efforts();
     check_names(description_);
+    take_masses_of_geoms();
     say_what_lacks();
     separate_collision_shapes();
     return std::move(description_);
@@ -73,11 +77,25 @@ class Reader {
       mesh_folder_ =
           xml_.text_or(*compiler, "meshdir", xml_.text_or(*compiler, "assetdir", mesh_folder_));
       auto_limits_ = xml_.text_or(*compiler, "autolimits", "true") != "false";
+      read_sources_of_masses(*compiler);
     }
     description_.gravity = {0, 0, -9.81};  // MuJoCo's default
     if (const Element* option = XmlFile::child(top_, "option");
         option && xml_.has(*option, "gravity"))
       description_.gravity = xml_.vector(*option, "gravity");
+  }
+
+  void read_sources_of_masses(const Element& compiler) {
+    inertia_from_geom_ = xml_.text_or(compiler, "inertiafromgeom", inertia_from_geom_);
+    if (inertia_from_geom_ != "auto" && inertia_from_geom_ != "true" &&
+        inertia_from_geom_ != "false")
+      xml_.fail(compiler, fmt::format("inertiafromgeom '{}' is none of auto, true and false",
+                                      inertia_from_geom_));
+    if (xml_.has(compiler, "inertiagrouprange"))
+      groups_of_masses_ = xml_.numbers(compiler, "inertiagrouprange", 2);
+    if (xml_.number_or(compiler, "settotalmass", -1) > 0)
+      description_.remarks.emplace_back(
+          "settotalmass is left out: masses are those of the bodies before it scales them");
   }
 
   double angle(double value) const { return degrees_ ? value * std::numbers::pi / 180 : value; }
@@ -322,8 +340,9 @@ class Reader {
   void add_geom(const Element& e, const Place& place) {
     solids_[place.link] = true;
     std::optional<DescribedShape> shape = shape_of(e, place.active);
+    if (shape) shape->pose = place.pose * shape->pose;
+    add_mass(e, place, shape);
     if (!shape) return;
-    shape->pose = place.pose * shape->pose;
     const bool collides = number(e, "contype", place.active, 1) != 0 ||
                           number(e, "conaffinity", place.active, 1) != 0;
     const bool is_shown = number(e, "group", place.active, 0) <= last_shown_group;
@@ -342,6 +361,47 @@ class Reader {
       if (static_cast<std::size_t>(shown) == numbers.size()) continue;
       for (const std::size_t n : numbers) shapes[n].is_collision = true;
     }
+  }
+
+  // Of a geom, from its mass or its density: those outside of the range of groups do not count,
+  // planes and height fields have none.
+  void add_mass(const Element& e, const Place& place, const std::optional<DescribedShape>& shape) {
+    const double group = number(e, "group", place.active, 0);
+    const std::string type = word(e, "type", place.active, "sphere");
+    if (group < groups_of_masses_[0] || group > groups_of_masses_[1]) return;
+    if (type == "plane" || type == "hfield") return;
+    const Element* stated = holder(e, "mass", place.active);
+    const double of_mass = stated == nullptr ? number(e, "density", place.active, usual_density)
+                                             : xml_.number(*stated, "mass");
+    if (of_mass < 0) xml_.fail(e, "a mass or a density cannot be negative");
+    if (of_mass == 0) return;
+    if (!shape || !word(e, "mesh", place.active, "").empty() ||
+        word(e, "shellinertia", place.active, "false") == "true") {
+      without_mass_.insert(place.link);
+      return;
+    }
+    const double mass = stated == nullptr ? of_mass * volume(*shape) : of_mass;
+    of_geoms_[place.link] = together(of_geoms_[place.link], uniform_inertia(*shape, mass));
+  }
+
+  bool is_from_geoms(const DescribedLink& link) const {
+    return inertia_from_geom_ == "true" || (inertia_from_geom_ == "auto" && !link.inertia);
+  }
+
+  // As MuJoCo does: where no inertia is stated, or everywhere.
+  void take_masses_of_geoms() {
+    std::vector<std::string> names;
+    for (const auto& [name, inertia] : of_geoms_) {
+      DescribedLink& carrier = link(name);
+      if (name == "world" || without_mass_.contains(name) || !is_from_geoms(carrier)) continue;
+      carrier.inertia = inertia;
+      names.push_back(name);
+    }
+    if (!names.empty())
+      description_.remarks.push_back(
+          fmt::format("masses of bodies that follow from their geoms, of {} kg/m^3 where these do "
+                      "not say otherwise: {}",
+                      usual_density, fmt::join(names, ", ")));
   }
 
   // None of a plane, a height field, or what has no size of its own.
@@ -460,21 +520,33 @@ class Reader {
   }
 
   void say_what_lacks() {
-    std::vector<std::string> names;
-    for (const auto& [name, is_solid] : solids_)
-      if (name != "world" && !link(name).inertia) names.push_back(name);
-    if (!names.empty())
+    std::vector<std::string> of_meshes, without;
+    for (const auto& [name, is_solid] : solids_) {
+      if (name == "world") continue;
+      if (without_mass_.contains(name) && is_from_geoms(link(name)))
+        of_meshes.push_back(name);
+      else if (inertia_from_geom_ == "false" && !link(name).inertia)
+        without.push_back(name);
+    }
+    if (!of_meshes.empty())
+      description_.remarks.push_back(fmt::format(
+          "bodies whose masses MuJoCo computes from meshes or shells, which is not done "
+          "here: {}",
+          fmt::join(of_meshes, ", ")));
+    if (!without.empty())
       description_.remarks.push_back(
-          fmt::format("bodies without <inertial> have no mass here, MuJoCo computes it from their "
-                      "geoms: {}",
-                      fmt::join(names, ", ")));
+          fmt::format("bodies without <inertial> have no mass, as inertiafromgeom is false: {}",
+                      fmt::join(without, ", ")));
   }
 
   XmlFile xml_;
   const Element& top_;
   RobotDescription description_;
   bool degrees_ = true, auto_limits_ = true;
-  std::string sequence_ = "xyz", mesh_folder_;
+  std::string sequence_ = "xyz", mesh_folder_, inertia_from_geom_ = "auto";
+  std::vector<double> groups_of_masses_{0, 5};
+  std::map<std::string, DescribedInertia> of_geoms_;  // of links, from what their geoms weigh
+  std::set<std::string> without_mass_;                // links with geoms whose mass is not known
   std::map<std::string, DefaultClass> classes_;
   std::map<std::string, DescribedShape> meshes_;
   std::map<std::string, double> references_;              // of joints: `ref` [m or rad]

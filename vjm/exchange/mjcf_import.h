@@ -10,8 +10,9 @@ namespace kinetostat::vjm {
 /// beside the origin of its body, or one of several of a body, leads to a link "body@joint"
 /// between. Equality constraints of two joints become mimic joints, as far as they are linear.
 /// Throws common::InputError with file and line when the file is not XML or not MJCF, and for ball
-/// and free joints, includes and composites. Masses that MuJoCo would compute from geoms are left
-/// out, with a remark.
+/// and free joints, includes and composites. Masses are those of <inertial>, or what geoms weigh,
+/// as the `inertiafromgeom` and `inertiagrouprange` of the compiler have it; those of meshes and of
+/// shells are left out, with a remark.
 RobotDescription read_mjcf(const std::filesystem::path& file);
 
 }  // namespace kinetostat::vjm

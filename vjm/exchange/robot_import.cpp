@@ -202,6 +202,33 @@ class Importer {
          fmt::format("stiffness of drive and transmission [{}]; rigid until it is given", unit)});
   }
 
+  [[noreturn]] void refuse_mimic(const DescribedJoint& joint, const std::string& what) const {
+    throw common::InputError(
+        {.file = model_.file,
+         .line = joint.line,
+         .key = joint.name,
+         .what = what,
+         .cure = "Correct the joint that it names, or write the robot file by hand"});
+  }
+
+  // The joint that the last of those that were passed mimics, which must be none of them.
+  const DescribedJoint& mimicked(const std::vector<const DescribedJoint*>& passed) const {
+    const DescribedJoint& last = *passed.back();
+    const auto next = std::find_if(model_.joints.begin(), model_.joints.end(),
+                                   [&](const DescribedJoint& j) { return j.name == last.mimics; });
+    if (next == model_.joints.end())
+      refuse_mimic(last, fmt::format("it mimics '{}', and there is no such joint", last.mimics));
+    const auto first = std::find(passed.begin(), passed.end(), &*next);
+    if (first == passed.end()) return *next;
+    if (&**first == &last) refuse_mimic(last, "it mimics itself");
+    std::vector<std::string> names;
+    for (auto at = first; at != passed.end(); ++at)
+      names.push_back(fmt::format("'{}'", (*at)->name));
+    refuse_mimic(**first, fmt::format("joints mimic each other in a circle, so that none leads: {} "
+                                      "and '{}' again",
+                                      fmt::join(names, ", "), next->name));
+  }
+
   // q = factor * q_leader + offset of the joint that leads all, itself where it mimics none.
   struct Followed {
     const DescribedJoint* leader = nullptr;
@@ -209,24 +236,13 @@ class Importer {
   };
   Followed followed_by(const DescribedJoint& joint) const {
     Followed result{.leader = &joint};
-    const DescribedJoint* now = &joint;
-    for (std::size_t steps = 0; !now->mimics.empty(); ++steps) {
-      const auto next =
-          std::find_if(model_.joints.begin(), model_.joints.end(),
-                       [&](const DescribedJoint& j) { return j.name == now->mimics; });
-      if (next == model_.joints.end() || steps > model_.joints.size())
-        throw common::InputError(
-            {.file = model_.file,
-             .line = now->line,
-             .key = now->name,
-             .what = fmt::format("it mimics '{}', {}", now->mimics,
-                                 next == model_.joints.end() ? "and there is no such joint"
-                                                             : "which mimics it in turn"),
-             .cure = "Correct the joint that it names, or write the robot file by hand"});
-      result.offset += result.factor * now->mimic_offset;
-      result.factor *= now->mimic_factor;
-      result.leader = &*next;
-      now = &*next;
+    std::vector<const DescribedJoint*> passed;
+    while (!result.leader->mimics.empty()) {
+      const DescribedJoint& now = *result.leader;
+      passed.push_back(&now);
+      result.leader = &mimicked(passed);
+      result.offset += result.factor * now.mimic_offset;
+      result.factor *= now.mimic_factor;
     }
     if (result.leader->type == JointType::fixed) result.factor = 0;
     return result;

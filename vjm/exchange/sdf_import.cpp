@@ -10,6 +10,7 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/exchange/solid_inertia.h"
 #include "kinetostat/vjm/exchange/xml_file.h"
 
 namespace kinetostat::vjm::sdf_import {
@@ -139,7 +140,10 @@ class Reader {
   void add_link(const Element& element) {
     DescribedLink link{.name = xml_.text(element, "name"), .line = element.GetLineNum()};
     const Element* inertial = XmlFile::child(element, "inertial");
-    link.inertia = inertial == nullptr ? unit_inertia() : read_inertia(*inertial);
+    const bool is_computed = inertial != nullptr && is_true(xml_.text_or(*inertial, "auto", ""));
+    link.inertia = is_computed           ? inertia_of_collisions(element, *inertial)
+                   : inertial == nullptr ? unit_inertia()
+                                         : read_inertia(*inertial);
     for (const char* kind : {"visual", "collision"})
       for (const Element* e : XmlFile::children(element, kind)) {
         const Element* geometry = XmlFile::child(*e, "geometry");
@@ -182,6 +186,38 @@ class Reader {
   // What the specification gives a link that says nothing.
   static DescribedInertia unit_inertia() {
     return {.mass = 1, .tensor = Matrix3::Identity(), .is_assumed = true};
+  }
+
+  static bool is_true(const std::string& word) { return word == "true" || word == "1"; }
+
+  // As the attribute `auto` has it: that of the collision shapes by their densities, scaled to the
+  // mass where one is stated. None where a mesh is among them, with a remark.
+  std::optional<DescribedInertia> inertia_of_collisions(const Element& link,
+                                                        const Element& inertial) {
+    constexpr double usual_density = 1000;  // [kg/m^3]
+    const double of_link = number_in(&inertial, "density", usual_density);
+    DescribedInertia sum;
+    for (const Element* e : XmlFile::children(link, "collision")) {
+      const Element* geometry = XmlFile::child(*e, "geometry");
+      DescribedShape shape = geometry == nullptr ? DescribedShape() : read_shape(*geometry);
+      if (!shape.file.empty()) {
+        description_.remarks.push_back(fmt::format(
+            "{} has no mass here: Gazebo computes it from a mesh", xml_.text(link, "name")));
+        return std::nullopt;
+      }
+      if (shape.is_empty()) continue;
+      const double density = number_in(e, "density", of_link);
+      if (density < 0) xml_.fail(*e, "a density cannot be negative");
+      shape.pose = raw_pose(*e);
+      sum = together(sum, uniform_inertia(shape, density * volume(shape)));
+    }
+    if (!(sum.mass > 0))
+      xml_.fail(inertial, "auto: the link has no collision that weighs anything");
+    const double mass = number_in(&inertial, "mass", sum.mass);
+    if (mass < 0) xml_.fail(inertial, "a mass cannot be negative");
+    sum.tensor *= mass / sum.mass;
+    sum.mass = mass;
+    return sum;
   }
 
   DescribedInertia read_inertia(const Element& element) const {

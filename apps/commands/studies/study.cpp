@@ -8,11 +8,11 @@
 
 #include "kinetostat/apps/cli/fit_cache.h"
 #include "kinetostat/apps/cli/write_robot.h"
-#include "kinetostat/apps/commands/calibrated_robot.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
 #include "kinetostat/apps/commands/studies/table_request.h"
 #include "kinetostat/apps/results/adoption.h"
+#include "kinetostat/apps/results/calibrated_robot.h"
 #include "kinetostat/apps/results/results.h"
 #include "kinetostat/calibration/campaign/campaign_check.h"
 #include "kinetostat/calibration/campaign/joint_loads.h"
@@ -268,7 +268,7 @@ Step Study::calibrate() {
     return step;
   }
   const std::filesystem::path out = files_.file(robot_name);
-  write_robot(out, calibrated_robot(robot_, campaign_, found));
+  write_robot(out, calibrated_robot(robot_, io::read_text(robot_.file), campaign_, found));
   step.result["wrote"] = robot_name;
   const calibration::BeforeAfter both = calibration::compare_before_after(
       robot_, vjm::read_robot(out), campaign_, run_.threads(), run_.progress());

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
@@ -94,19 +95,22 @@ class Sweep {
       if (!lines_.contains(r)) open.push_back(r);
     if (!kept_.empty()) to_keep_.open(kept_, std::ios::app);
     std::vector<Running> running;
+    const auto threads = static_cast<std::size_t>(run.threads());
+    // The first of many runs goes alone: it shows whether its results fit into a table.
+    const bool has_trial = open.size() > threads;
     for (std::size_t next = 0, done = 0; done < open.size();) {
-      while (running.size() < static_cast<std::size_t>(run.threads()) && next < open.size() &&
-             refused_.empty()) {
+      const std::size_t together = has_trial && done == 0 ? 1 : threads;
+      while (running.size() < together && next < open.size() && !is_refused()) {
         running.push_back({open[next], common::ProcessCopy(program_of(open[next]))});
         ++next;
       }
       run.progress().report("runs", static_cast<double>(done) / static_cast<double>(open.size()));
       const std::size_t ended = take_results(running);
       done += ended;
-      if (running.empty() && !refused_.empty()) throw refusal();
+      if (running.empty() && is_refused()) throw refusal();
       if (ended == 0) std::this_thread::sleep_for(std::chrono::microseconds(500));
     }
-    if (!refused_.empty()) throw refusal();
+    if (is_refused()) throw refusal();
   }
 
   std::string table() const {
@@ -119,8 +123,6 @@ class Sweep {
         lines_.begin(), lines_.end(), [](const auto& l) { return has_failed(l.second); }));
   }
   std::size_t count() const { return lines_.size(); }
-  /// By the names of results that no cell can hold, what these consist of.
-  const std::map<std::string, std::string>& parts() const { return parts_; }
 
  private:
   // What an earlier run that was stopped has done of the same sweep; a line that was cut short is
@@ -171,10 +173,9 @@ class Sweep {
       return;
     }
     const io::Json result = json_in(child.words);
+    if (!unfit_) unfit_ = unfit_result(plan_, result);
+    if (unfit_) return;
     lines_[r] = line_of(r, code, result);
-    for (const auto& [name, path] : plan_.results)
-      if (std::string parts = parts_of_result(result, path); !parts.empty())
-        parts_[name] = std::move(parts);
     if (to_keep_.is_open()) to_keep_ << lines_[r] << std::flush;
   }
 
@@ -214,8 +215,11 @@ class Sweep {
     return line + fmt::format(",{}\n", code);
   }
 
+  bool is_refused() const { return !refused_.empty() || unfit_; }
+
   // Of the first run that was refused: those before it have ended, whatever the number of threads.
   common::InputError refusal() const {
+    if (refused_.empty()) return *unfit_;
     const auto& [r, words] = *refused_.begin();
     return {plan_.file,
             fmt::format("run {}: {}", r, words.substr(0, words.find_last_not_of('\n') + 1)),
@@ -227,7 +231,7 @@ class Sweep {
   std::vector<std::size_t> wanted_;
   std::map<std::size_t, std::string> lines_;    // by the numbers of the runs
   std::map<std::size_t, std::string> refused_;  // what was said
-  std::map<std::string, std::string> parts_;
+  std::optional<common::InputError> unfit_;     // a result that no cell of a table can hold
   std::ofstream to_keep_;
   std::size_t known_ = 0;
 };
@@ -236,8 +240,6 @@ class Sweep {
 struct SweepTable {
   std::string text;
   std::size_t runs = 0, failed = 0;
-  std::map<std::string, std::string> parts =
-      {};  // of results that no cell can hold, by their names
 };
 
 SweepTable made_here(Run& run, const SweepRequest& request, const SweepPlan& plan) {
@@ -246,7 +248,7 @@ SweepTable made_here(Run& run, const SweepRequest& request, const SweepPlan& pla
   Sweep work(plan, part_of("--part", request.part), kept);
   if (work.known() > 0) run.remark(fmt::format("{} runs were done before", work.known()));
   work.run(run);
-  SweepTable table{work.table(), work.count(), work.failed(), work.parts()};
+  SweepTable table{work.table(), work.count(), work.failed()};
   if (run.out()) {
     io::write_atomically(*run.out(), table.text);
     std::error_code ignored;
@@ -278,10 +280,7 @@ void say_what_is_empty(Run& run, const SweepPlan& plan, const SweepTable& table)
     bool is_empty = column.has_value();
     for (std::size_t r = 0; is_empty && r < rows.rows(); ++r)
       is_empty = rows.cell(r, *column).empty();
-    if (const auto parts = table.parts.find(name); is_empty && parts != table.parts.end())
-      run.remark(fmt::format("'{}' is empty: '{}' is no single value, it has {}", name, path,
-                             parts->second));
-    else if (is_empty)
+    if (is_empty)
       run.remark(
           fmt::format("'{}' is empty: no run has the result '{}' (the command with --json - "
                       "shows what there is)",

@@ -199,6 +199,7 @@ void take_results(const YamlNode& results, SweepPlan& plan) {
       path.fail(fmt::format("the table has a column '{}' already", name),
                 "Give the result another name");
     plan.results.emplace_back(name, path.text());
+    plan.result_lines.push_back(path.line());
   }
 }
 
@@ -230,6 +231,17 @@ const io::Json* result_at(const io::Json& result, const std::string& path) {
     at = &(*at)[number];
   }
   return at;
+}
+
+// ": it has a.x, a.y", the first few; empty for what is empty.
+std::string first_parts(const io::Json& at, const std::string& path) {
+  if (at.empty()) return {};
+  std::vector<std::string> paths;
+  for (const auto& [key, part] : at.items()) paths.push_back(fmt::format("{}.{}", path, key));
+  constexpr std::size_t most = 4;
+  const char* const more = paths.size() > most ? ", ..." : "";
+  paths.resize(std::min(paths.size(), most));
+  return fmt::format(": it has {}{}", fmt::join(paths, ", "), more);
 }
 
 }  // namespace
@@ -278,15 +290,21 @@ std::string result_cell(const io::Json& result, const std::string& path) {
   return at->is_primitive() && !at->is_null() ? at->dump() : std::string();
 }
 
-std::string parts_of_result(const io::Json& result, const std::string& path) {
-  const io::Json* const at = result_at(result, path);
-  if (at == nullptr || !at->is_structured()) return {};
-  std::vector<std::string> paths;
-  for (const auto& [key, part] : at->items()) paths.push_back(fmt::format("{}.{}", path, key));
-  constexpr std::size_t most = 4;
-  const std::string more = paths.size() > most ? ", ..." : "";
-  paths.resize(std::min(paths.size(), most));
-  return fmt::format("{}{}", fmt::join(paths, ", "), more);
+std::optional<common::InputError> unfit_result(const SweepPlan& plan, const io::Json& result) {
+  for (std::size_t r = 0; r < plan.results.size(); ++r) {
+    const auto& [name, path] = plan.results[r];
+    const io::Json* const at = result_at(result, path);
+    if (at != nullptr && at->is_structured())
+      return common::InputError(
+          {.file = plan.file,
+           .line = plan.result_lines[r],
+           .key = "results." + name,
+           .what = fmt::format("'{}' is no single value, which a cell of the "
+                               "table can hold{}",
+                               path, first_parts(*at, path)),
+           .cure = "Name one value of the command's JSON (--json - shows it)"});
+  }
+  return std::nullopt;
 }
 
 }  // namespace kinetostat::apps

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "kinetostat/common/error.h"
 #include "kinetostat/io/json.h"
 
 namespace kinetostat::apps {
@@ -19,6 +21,7 @@ struct SweepPlan {
   std::vector<bool> is_word = {};      // {KEY} in the command, else a key for --set
   /// Names of columns, and paths in the JSON of the command: "unloaded.stiffness.0.0".
   std::vector<std::pair<std::string, std::string>> results = {};
+  std::vector<int> result_lines = {};               // of the file, one each
   std::vector<std::vector<std::string>> runs = {};  // a value for each key, as --set takes it
   std::string meaning = {};  // of the file, and of those that its command names
 };
@@ -29,7 +32,8 @@ SweepPlan read_sweep(const std::filesystem::path& file);
 /// What stands in the cell of a result: a number with the digits that read back to it, a text, or
 /// nothing where the JSON has no such value.
 std::string result_cell(const io::Json& result, const std::string& path);
-/// The paths below one that leads to a map or a list, the first few: "a.x, a.y". Empty for others.
-std::string parts_of_result(const io::Json& result, const std::string& path);
+/// That one of the results leads to a map or a list, which no cell can hold, and what it has; none
+/// where all of them fit.
+std::optional<common::InputError> unfit_result(const SweepPlan& plan, const io::Json& result);
 
 }  // namespace kinetostat::apps

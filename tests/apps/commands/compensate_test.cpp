@@ -18,6 +18,7 @@ using test::kinetostat;
 using test::Outcome;
 using test::working_folder;
 using testing::HasSubstr;
+using testing::Not;
 
 const std::string milling =
     "compensate data/robots/orthoglide_errors.yaml --path data/paths/orthoglide_milling.csv ";
@@ -54,6 +55,23 @@ TEST(CompensateCommand, ItsActuatorValuesLeadDeflectToTheTarget) {
   const char* names[] = {"x [mm]", "y [mm]", "z [mm]"};
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NEAR(1e3 * position[i], value(table, 7, names[i]), 1e-7);
+}
+
+TEST(CompensateCommand, SaysOfAPathWithoutACoordinateThatItIsZero) {
+  io::write_atomically(working_folder() / "flat.csv", "x,y\n0,10\n10,0\n");
+  const Outcome flat = kinetostat("compensate data/robots/orthoglide_errors.yaml --path flat.csv");
+  EXPECT_EQ(flat.code, 0) << flat.err;
+  EXPECT_THAT(flat.err, HasSubstr("flat.csv has no column z: it is 0 in every pose"));
+  io::write_atomically(working_folder() / "whole.csv", "x,y,z\n0,10,0\n10,0,0\n");
+  const Outcome whole =
+      kinetostat("compensate data/robots/orthoglide_errors.yaml --path whole.csv");
+  EXPECT_THAT(whole.err, Not(HasSubstr("no column")));
+  EXPECT_EQ(whole.out, flat.out);
+  // The work of 'plan' is a path, too; the command ends at the diagnosis that is not there.
+  const Outcome plan = kinetostat(
+      "plan data/measurements/orthoglide_clearance/campaign.yaml --work-at flat.csv --diagnosis "
+      "nowhere.json");
+  EXPECT_THAT(plan.err, HasSubstr("flat.csv has no column z: it is 0 in every pose"));
 }
 
 TEST(CompensateCommand, SameBytesForAnyNumberOfThreads) {

@@ -215,9 +215,10 @@ TEST_F(Sweep, NamesMistakes) {
                                  "deflect lever.yaml --wrench 0,0,1 --set "
                                  "chain_types.arm.q.stiffness=5")),
               HasSubstr("it sets 'chain_types.arm.q.stiffness', which varies"));
-  EXPECT_THAT(run(with_result("all: equilibrium.displacement")).err,
-              HasSubstr("'equilibrium.displacement' is no single value, it has "
-                        "equilibrium.displacement."));
+  EXPECT_THAT(
+      message(with_result("all: equilibrium.displacement")),
+      testing::ContainsRegex("sweep.yaml:[0-9]+: results.all: 'equilibrium.displacement' is "
+                             "no single value.*: it has equilibrium.displacement[.]"));
   EXPECT_THAT(run(sweep_file(by_stiffness)).err, HasSubstr("'none' is empty: no run has"));
   for (const char* threads : {"--threads 1", "--threads 3"})
     EXPECT_THAT(
@@ -226,6 +227,23 @@ TEST_F(Sweep, NamesMistakes) {
         HasSubstr("run 1: "));
   EXPECT_THAT(message(sweep_file(by_stiffness, "smaple: {}\n")),
               HasSubstr("Did you mean 'sample'"));
+}
+
+// After one run, which shows it: no other one is made, and nothing is kept of it.
+TEST_F(Sweep, OfWhatIsNoCellOfATableEndsBeforeItsRuns) {
+  const std::string file =
+      "kinetostat: 1\nsweep: lever\ncommand: deflect lever.yaml --wrench 0,0,1 -o {name}.txt\n"
+      "vary: [{word: name, values: [a, b, c, d]}]\nresults: {of_all: headline, all: equilibrium}\n";
+  for (const char* threads : {"--threads 1", "--threads 3"}) {
+    for (const char* name : {"a.txt", "b.txt", "c.txt", "d.txt", "fits.csv"})
+      std::filesystem::remove(working_folder() / name);
+    const test::Outcome outcome = run(file, std::string("-o fits.csv ") + threads);
+    EXPECT_EQ(outcome.code, 3) << outcome.out;
+    EXPECT_THAT(outcome.err, HasSubstr("sweep.yaml:5: results.all: 'equilibrium' is no single"));
+    EXPECT_TRUE(std::filesystem::exists(working_folder() / "a.txt"));
+    for (const char* name : {"b.txt", "c.txt", "d.txt", "fits.csv"})
+      EXPECT_FALSE(std::filesystem::exists(working_folder() / name)) << name;
+  }
 }
 
 }  // namespace

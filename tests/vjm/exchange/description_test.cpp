@@ -31,6 +31,13 @@ class Description : public testing::Test {
   RobotDescription read(const std::string& name, const std::string& text) const {
     return read_robot_description(folder.file(name, text));
   }
+  // Of a body of an MJCF model with nothing but these geoms; none weighs nothing.
+  DescribedInertia of_geoms(const std::string& geoms, const std::string& settings = "") const {
+    const RobotDescription robot =
+        read("geoms.xml", "<mujoco>" + settings + "<worldbody><body name='one'><joint name='a'/>" +
+                              geoms + "</body></worldbody></mujoco>");
+    return robot.links.back().inertia.value_or(DescribedInertia());
+  }
   Robot imported(const RobotDescription& robot, const std::string& base = "",
                  const std::string& tip = "") const {
     return parse_robot(import_robot(robot, find_chain(robot, base, tip)).text,
@@ -116,6 +123,78 @@ TEST_F(Description, OfMjcfTakesInertiaIntoTheFramesOfLinks) {
   EXPECT_LT((inertia.tensor - Vector3(0.1, 0.25, 0.2).asDiagonal().toDenseMatrix()).norm(), 1e-15);
 }
 
+void expect_inertia(const DescribedInertia& found, double mass, const Vector3& center,
+                    const Vector3& moments) {
+  EXPECT_NEAR(found.mass, mass, 1e-12 * mass);
+  EXPECT_LT((found.center - center).norm(), 1e-12);
+  EXPECT_LT((found.tensor - moments.asDiagonal().toDenseMatrix()).norm(), 1e-12 * moments.norm());
+}
+
+// Half edges, radii and half lengths; 1000 kg/m^3 unless a density or a mass is stated.
+TEST_F(Description, OfMjcfWeighsGeomsWhereNoInertiaIsStated) {
+  expect_inertia(of_geoms("<geom type='box' size='0.1 0.2 0.3' pos='1 2 3'/>"), 48, {1, 2, 3},
+                 {2.08, 1.6, 0.8});
+  expect_inertia(of_geoms("<geom type='box' size='0.1 0.2 0.3' euler='0 0 90'/>"), 48, {0, 0, 0},
+                 {1.6, 2.08, 0.8});
+  const double ball = 500 * 4.0 / 3 * M_PI * 1e-3;
+  expect_inertia(of_geoms("<geom size='0.1' density='500'/>"), ball, {0, 0, 0},
+                 Vector3::Constant(0.4 * ball * 0.01));
+  const double egg = 1000 * 4.0 / 3 * M_PI * 6e-3;
+  expect_inertia(of_geoms("<geom type='ellipsoid' size='0.1 0.2 0.3'/>"), egg, {0, 0, 0},
+                 egg / 5 * Vector3(0.04 + 0.09, 0.01 + 0.09, 0.01 + 0.04));
+  expect_inertia(of_geoms("<geom type='cylinder' size='0.05' fromto='0 0 0 0.4 0 0' mass='2'/>"), 2,
+                 {0.2, 0, 0}, {0.0025, 2 * 0.1675 / 12, 2 * 0.1675 / 12});
+  // Three quarters of a capsule are its cylinder: 2.25 (3 r^2 + l^2) / 12 + 0.75 (2 r^2 / 5 + l^2 /
+  // 4 + 3 l r / 8) across, 2.25 r^2 / 2 + 0.75 * 2 r^2 / 5 along.
+  expect_inertia(of_geoms("<geom type='capsule' size='0.1 0.2' mass='3' density='9'/>"), 3,
+                 {0, 0, 0}, {0.079875, 0.079875, 0.01425});
+  // Two balls 1 m apart, in the frame of another element.
+  expect_inertia(of_geoms("<frame pos='0 0 2'><geom size='0.1' mass='1' pos='0.5 0 0'/>"
+                          "<geom size='0.1' mass='1' pos='-0.5 0 0'/></frame>"),
+                 2, {0, 0, 2}, {0.008, 0.508, 0.508});
+}
+
+// The attributes `inertiafromgeom` and `inertiagrouprange` of the compiler.
+TEST_F(Description, OfMjcfTakesMassesFromWhereItsCompilerDoes) {
+  const std::string ball = "<geom size='0.1' mass='7'/>";
+  const std::string stated = "<inertial pos='0 0 0' mass='4' diaginertia='1 1 1'/>" + ball;
+  const auto compiler = [](const std::string& word) { return "<compiler " + word + "/>"; };
+  EXPECT_EQ(of_geoms(stated).mass, 4);
+  EXPECT_EQ(of_geoms(stated, compiler("inertiafromgeom='auto'")).mass, 4);
+  EXPECT_EQ(of_geoms(stated, compiler("inertiafromgeom='true'")).mass, 7);
+  EXPECT_EQ(of_geoms(ball, compiler("inertiafromgeom='false'")).mass, 0);
+  const std::string shown = ball + "<geom size='0.1' mass='2' group='3'/>";
+  EXPECT_EQ(of_geoms(shown).mass, 9);
+  EXPECT_EQ(of_geoms(shown, compiler("inertiagrouprange='0 2'")).mass, 7);
+  EXPECT_EQ(of_geoms(shown, compiler("inertiagrouprange='3 3'")).mass, 2);
+  EXPECT_EQ(of_geoms(ball + "<geom type='plane' size='1 1 1'/>").mass, 7);
+  EXPECT_EQ(of_geoms("<geom size='0.1' mass='0'/>" + ball).mass, 7);
+  EXPECT_EQ(of_geoms("<geom size='0.1'/>", "<default><geom mass='5'/></default>").mass, 5);
+  EXPECT_EQ(of_geoms("<geom size='0.1'/>", "<default><geom density='0'/></default>").mass, 0);
+  expect_refused("wrong.xml", "<mujoco><compiler inertiafromgeom='yes'/><worldbody/></mujoco>",
+                 "inertiafromgeom 'yes'");
+  expect_refused("light.xml",
+                 "<mujoco><worldbody><body name='b'>\n<geom size='1' mass='-1'/></body></worldbody>"
+                 "</mujoco>",
+                 "light.xml:2");
+}
+
+// What a mesh weighs is not known; one without weight beside others does not matter.
+TEST_F(Description, OfMjcfSaysWhichMassesItDoesNotKnow) {
+  const auto model = [this](const std::string& mesh) {
+    return read("mesh.xml",
+                "<mujoco><asset><mesh name='m' file='m.stl'/></asset><worldbody>"
+                "<body name='one'><joint name='a'/><geom size='0.1' mass='7'/>"
+                "<geom type='mesh' mesh='m'" +
+                    mesh + "/></body></worldbody></mujoco>");
+  };
+  const RobotDescription light = model(" mass='0'"), heavy = model("");
+  EXPECT_EQ(light.links.back().inertia->mass, 7);
+  EXPECT_THAT(light.remarks, testing::ElementsAre(HasSubstr("follow from their geoms")));
+  EXPECT_FALSE(heavy.links.back().inertia);
+  EXPECT_THAT(heavy.remarks, testing::ElementsAre(HasSubstr("from meshes or shells")));
+}
+
 // A robot stands at home with its springs relaxed: where the formats say that they are.
 TEST_F(Description, StandsWhereTheSpringsOfJointsAreRelaxed) {
   const RobotDescription mjcf = read("ref.xml", R"(<mujoco><worldbody><body name="one">
@@ -199,6 +278,34 @@ TEST_F(Description, LinksOfSdfThatSayNothingOfTheirMassHaveAKilogram) {
   EXPECT_EQ(inertia(3).tensor.diagonal(), Vector3(3, 1, 1));
   EXPECT_THAT(import_robot(robot, find_chain(robot, "base", "c")).text,
               HasSubstr("what SDF means where a link says nothing"));
+}
+
+// By the attribute `auto` of SDF 1.11; a stated mass scales what the shapes have.
+TEST_F(Description, LinksOfSdfMayWeighWhatTheirCollisionsDo) {
+  const auto of_link = [this](const std::string& inertial, const std::string& geometry) {
+    return read("auto.sdf",
+                "<sdf version='1.11'><model name='r'><link name='l'><inertial auto='true'>" +
+                    inertial + "</inertial><collision name='a'><pose>1 2 3 0 0 0</pose>" +
+                    geometry + "</collision></link></model></sdf>");
+  };
+  const std::string box = "<geometry><box><size>0.2 0.4 0.6</size></box></geometry>";
+  const auto inertia = [&](const std::string& inertial, const std::string& geometry) {
+    return *of_link(inertial, geometry).links.back().inertia;
+  };
+  expect_inertia(inertia("", box), 48, {1, 2, 3}, {2.08, 1.6, 0.8});
+  expect_inertia(inertia("<density>500</density>", box), 24, {1, 2, 3}, {1.04, 0.8, 0.4});
+  expect_inertia(inertia("<density>9</density>", "<density>500</density>" + box), 24, {1, 2, 3},
+                 {1.04, 0.8, 0.4});
+  expect_inertia(inertia("<mass>12</mass>", box), 12, {1, 2, 3}, {0.52, 0.4, 0.2});
+  const RobotDescription mesh =
+      of_link("", "<geometry><mesh><uri>model://a/b.stl</uri></mesh></geometry>");
+  EXPECT_FALSE(mesh.links.back().inertia);
+  EXPECT_THAT(mesh.remarks, testing::ElementsAre(HasSubstr("computes it from a mesh")));
+  expect_refused(
+      "empty.sdf",
+      "<sdf version='1.11'><model name='r'><link name='l'>\n<inertial auto='true'/></link>"
+      "</model></sdf>",
+      "empty.sdf:2");
 }
 
 // One box, cylinder, capsule and ball in three formats.

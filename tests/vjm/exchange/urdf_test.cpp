@@ -1,6 +1,7 @@
 #include <fstream>
 #include <map>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -302,6 +303,26 @@ TEST_F(Urdf, BrokenFilesAreNamedWithTheirLine) {
       "<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/>"
       "<child link='q'/></joint></robot>",
       "there is no link 'q'");
+}
+
+// Whatever the chain meets first, the circle alone is named, at its first joint from there.
+TEST_F(Urdf, JointsThatMimicEachOtherInACircleAreNamed) {
+  const auto chain = [](const std::vector<std::string>& mimicked) {
+    std::string text = "<robot name='r'>\n<link name='l0'/>\n";
+    for (std::size_t j = 0; j < mimicked.size(); ++j)
+      text += fmt::format(
+          "<link name='l{1}'/><joint name='j{0}' type='continuous'><parent link='l{0}'/><child "
+          "link='l{1}'/><mimic joint='{2}'/></joint>\n",
+          j, j + 1, mimicked[j]);
+    return text + "</robot>\n";
+  };
+  expect_refused(chain({"j1", "j0"}),
+                 "robot.urdf:3: j0: joints mimic each other in a circle, so that none leads: 'j0', "
+                 "'j1' and 'j0' again");
+  expect_refused(chain({"j1", "j2", "j3", "j1"}),
+                 "robot.urdf:4: j1: joints mimic each other in a circle, so that none leads: 'j1', "
+                 "'j2', 'j3' and 'j1' again");
+  expect_refused(chain({"j1", "j1"}), "robot.urdf:4: j1: it mimics itself");
 }
 
 TEST_F(Urdf, LoopsAndBranchesAreRefusedWithTheirLinks) {

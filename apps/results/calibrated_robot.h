@@ -10,9 +10,10 @@
 namespace kinetostat::apps {
 
 /// The text of the file of `robot` with `calibration` of the readings of `campaign` in it: values,
-/// standard deviations, and as comments where they come from. Throws common::InputError where the
-/// file is not the one that was read.
-std::string calibrated_robot(const vjm::Robot& robot, const calibration::Campaign& campaign,
+/// standard deviations, and as comments where they come from. `text`: of the file as it is. Throws
+/// common::InputError where that is not the one that was read.
+std::string calibrated_robot(const vjm::Robot& robot, const std::string& text,
+                             const calibration::Campaign& campaign,
                              const calibration::KinematicCalibration& calibration);
 
 }  // namespace kinetostat::apps

@@ -20,9 +20,15 @@ using Packages = std::vector<std::pair<std::string, std::filesystem::path>>;
 std::filesystem::path mesh_file(const std::string& name, const std::filesystem::path& description,
                                 const Packages& packages);
 
+/// "steel", "aluminium" and "cast-iron" as link files have them, "{E: 70 GPa, nu: 0.33}"; others of
+/// that form as they are. Throws UsageError for --material.
+std::string link_material(const std::string& text);
+/// "5 %". Throws UsageError for --accuracy.
+void require_accuracy(const std::string& text);
+
 struct MeshLinkRequest {
   Packages packages;
-  std::string material;              // as link files have it: "{E: 70 GPa, nu: 0.33}"
+  std::string material;              // as link files have it
   std::string accuracy;              // "5 %"
   std::filesystem::path robot_file;  // of the import; the links go beside it
   bool no_cache = false;

@@ -1,4 +1,4 @@
-#include "kinetostat/apps/commands/calibrated_robot.h"
+#include "kinetostat/apps/results/calibrated_robot.h"
 
 #include <cmath>
 #include <limits>
@@ -117,11 +117,11 @@ Adoption adoption_of(const vjm::Robot& robot, const calibration::Campaign& campa
 
 }  // namespace
 
-std::string calibrated_robot(const vjm::Robot& robot, const calibration::Campaign& campaign,
+std::string calibrated_robot(const vjm::Robot& robot, const std::string& text,
+                             const calibration::Campaign& campaign,
                              const KinematicCalibration& calibration) {
   try {
-    return calibration::adopted(io::read_text(robot.file),
-                                adoption_of(robot, campaign, calibration));
+    return calibration::adopted(text, adoption_of(robot, campaign, calibration));
   } catch (const std::invalid_argument& error) {
     throw common::InputError({.file = robot.file, .what = error.what()});
   }

@@ -1,4 +1,4 @@
-#include "kinetostat/apps/commands/mesh_links.h"
+#include "kinetostat/apps/results/mesh_links.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,9 +12,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/common/error.h"
 #include "kinetostat/common/printable.h"
 #include "kinetostat/fea/interface/joint_interface.h"
 #include "kinetostat/fea/link/identify.h"
+#include "kinetostat/fea/link/link_file.h"
 #include "kinetostat/fea/mesh/edge_division.h"
 #include "kinetostat/fea/mesh/primitive_surface.h"
 #include "kinetostat/fea/mesh/surface_import.h"
@@ -398,6 +400,32 @@ class BodyStudy {
 }  // namespace kinetostat::apps::mesh_links
 
 namespace kinetostat::apps {
+namespace {
+
+// Before the first link is looked at.
+template <class Parse>
+void require_readable(const char* option, const std::string& text, const Parse& parse) try {
+  (void)parse(text);
+} catch (const common::InputError& error) {
+  throw UsageError(option, error.details().what, error.details().cure);
+}
+
+}  // namespace
+
+std::string link_material(const std::string& text) {
+  if (text == "steel") return "{E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}";
+  if (text == "aluminium") return "{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}";
+  if (text == "cast-iron") return "{E: 110 GPa, nu: 0.26, density: 7200 kg/m^3}";
+  if (!text.starts_with('{'))
+    throw UsageError("--material", fmt::format("'{}' is no material that is known", text),
+                     "Give steel, aluminium, cast-iron, or '{E: 70 GPa, nu: 0.33}'");
+  require_readable("--material", text, fea::parse_material);
+  return text;
+}
+
+void require_accuracy(const std::string& text) {
+  require_readable("--accuracy", text, fea::parse_accuracy);
+}
 
 std::filesystem::path mesh_file(const std::string& name, const std::filesystem::path& description,
                                 const Packages& packages) {
