@@ -236,7 +236,9 @@ void try_units_of_readings(const Translations& t, Slip& best) {
   const AxisMoments of(t);
   for (Index j = 0; j < 3; ++j) {
     const double product = of.mp.trace() - of.mp(j, j), predicted = of.pp.trace() - of.pp(j, j);
-    if (of.pp(j, j) < least_of_a_column * of.pp.trace() || !(product > 0) ||
+    const bool is_seen = of.pp(j, j) > least_of_a_column * of.pp.trace() ||
+                         of.mm(j, j) > least_of_a_column * of.mm.trace();
+    if (!is_seen || !(product > 0) ||
         !(of.mp(j, j) > follows * std::sqrt(of.mm(j, j) * of.pp(j, j))))
       continue;
     for (const double factor : {1000., 100., 25.4, 10., 1 / 10., 1 / 25.4, 1 / 100., 1 / 1000.}) {
@@ -425,7 +427,10 @@ void exchange_joints(Campaign& campaign, const std::string& a, const std::string
       std::swap(configuration.joints.at(a), configuration.joints.at(b));
 }
 
-// Counts the other way, or from elsewhere.
+// Angles in the other unit.
+constexpr std::pair<double, const char*> other_units[] = {{180 / M_PI, "rad"}, {M_PI / 180, "deg"}};
+
+// Counts the other way, from elsewhere, or in another unit.
 void try_joint(const Trial& trial, const std::string& joint, const JointInTable& in_table,
                Slip& best) {
   const auto with = [&](const std::string& phrase, const std::function<double(double)>& change) {
@@ -437,6 +442,10 @@ void try_joint(const Trial& trial, const std::string& joint, const JointInTable&
     if (in_table.turns)
       with(fmt::format("'{}' has its zero {} deg elsewhere", in_table.column, std::abs(zero)),
            [zero](double q) { return q + zero * M_PI / 180; });
+  for (const auto& [factor, unit] : other_units)
+    if (in_table.turns)
+      with(fmt::format("'{}' is in {}", in_table.column, unit),
+           [factor = factor](double q) { return factor * q; });
 }
 
 void try_exchanged_joints(const Trial& trial, const Campaign& campaign,
@@ -451,10 +460,9 @@ void try_exchanged_joints(const Trial& trial, const Campaign& campaign,
 
 void try_units_of_joints(const Trial& trial, const std::vector<std::string>& turning, Slip& best) {
   if (turning.empty()) return;
-  for (const auto& [factor, phrase] :
-       {std::pair{180 / M_PI, "the joints are in rad"}, {M_PI / 180, "the joints are in deg"}})
+  for (const auto& [factor, unit] : other_units)
     trial.run(
-        phrase,
+        fmt::format("the joints are in {}", unit),
         [&turning, factor = factor](Campaign& changed) {
           for (const std::string& joint : turning)
             change_joint(changed, joint, [factor](double q) { return factor * q; });

@@ -130,7 +130,15 @@ std::string frame_error(const Campaign& campaign, const std::vector<Eigen::Vecto
   if (positions.predicted.size() < fewest_places) return {};
   const double before = positions.error(spatial::Vector6::Zero());
   const double after = positions.error(frame_between(positions.predicted, positions.measured));
-  if (!(before > far) || !(after < rest * before)) return {};
+  if (!(before > far)) return {};
+  Positions mirrored = positions;
+  for (spatial::Vector3& m : mirrored.measured) m.z() = -m.z();
+  if (mirrored.error(frame_between(mirrored.predicted, mirrored.measured)) <
+      rest * std::min(before, after))
+    return "The measured positions lie as predicted in left-handed axes of the instrument: one of "
+           "the columns of the position has the wrong sign, or two are exchanged. Check the order "
+           "and signs of the columns.";
+  if (!(after < rest * before)) return {};
   return fmt::format(
       "The measured positions are off by {:.3g} m, and a frame of their own takes {:.3g} % of "
       "that: "

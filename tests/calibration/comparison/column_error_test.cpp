@@ -151,6 +151,9 @@ TEST(ColumnError, AJointThatCountsTheOtherWayIsNamed) {
   for (const char* joint : {"arm.q1", "arm.q2", "arm.q3"})
     turn_joint(in_rad, joint, [](double q) { return q * M_PI / 180; });
   EXPECT_THAT(laboratory.slip(in_rad), HasSubstr("if the joints are in rad:"));
+  Campaign one_in_rad = right;
+  turn_joint(one_in_rad, "arm.q2", [](double q) { return q * M_PI / 180; });
+  EXPECT_THAT(laboratory.slip(one_in_rad), HasSubstr("if 'q2' is in rad:"));
 }
 
 // What stands in the axes of the tool.

@@ -46,6 +46,9 @@ TEST(UnitError, AnInstrumentThatStandsElsewhereIsNamed) {
   const Campaign elsewhere =
       tracked({spatial::exp_rotation(spatial::Vector3(0.1, 0.4, -1)), {2, 1, 0.3}}, predicted);
   EXPECT_THAT(unit_error(elsewhere, predicted), HasSubstr("Say 'session_frame: estimate'"));
+  Campaign mirrored = elsewhere;
+  for (Reading& reading : mirrored.readings) reading.displacement[1] *= -1;
+  EXPECT_THAT(unit_error(mirrored, predicted), HasSubstr("left-handed axes"));
   predicted.clear();
   const Campaign at_base = tracked({}, predicted);
   EXPECT_THAT(unit_error(at_base, predicted), IsEmpty());
