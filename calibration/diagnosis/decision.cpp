@@ -93,17 +93,18 @@ class Posterior {
     }
   }
 
-  // They explain what the best does.
+  // They explain what the best does, but for what their signatures cannot.
   void add_imitators() {
     const Hypothesis best = hypotheses_.front();
     for (std::size_t c = 0; c < step_.ranking.size(); ++c) {
       const RankedCandidate& ranked = step_.ranking[c];
       if (ranked.fit || !ranked.confounded) continue;
-      hypotheses_.push_back({.family = family_of(*ranked.candidate.effect.kind),
-                             .place = ranked.candidate.effect.at,
-                             .log_weight = best.log_weight,
-                             .ranked = &ranked,
-                             .candidate = c});
+      hypotheses_.push_back(
+          {.family = family_of(*ranked.candidate.effect.kind),
+           .place = ranked.candidate.effect.at,
+           .log_weight = best.log_weight - rules_.exponent * ranked.falls_short / 2,
+           .ranked = &ranked,
+           .candidate = c});
     }
   }
 

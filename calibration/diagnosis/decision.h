@@ -80,7 +80,8 @@ std::string family_of(const vjm::EffectKind& kind);
 /// of the answer that has another class and ends at none. With the best go laws of other classes
 /// that in principle move the platform as it does (EffectKind::moves_like) and that these readings
 /// do not distinguish from it. Candidates that were not fitted because they do what the best does
-/// count as it does. A pure function of the round: `step` as arrange() leaves it.
+/// count as it does, less what their signatures cannot explain of that. A pure function of the
+/// round: `step` as arrange() leaves it.
 Decision decide(const DiagnosisStep& step, const DecisionRules& rules = {});
 
 }  // namespace kinetostat::calibration

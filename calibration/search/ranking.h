@@ -44,7 +44,7 @@ bool are_laws_of_one_joint(const Candidate& a, const Candidate& b);
 ///
 /// For two laws of one joint l^2 = 4^2 + (0.1 d'_b)^2; and where b is at the end of its range, each
 /// relative remains that explains more than half as much. Candidates that are `confounded` remain,
-/// too.
+/// too, where they may explain as much to 9.2.
 void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits);
 
 }  // namespace kinetostat::calibration

@@ -725,7 +725,10 @@ void Search::find_confounded(const BaseFit& without, const BaseFit& best,
     if (part > unusual * usual) continue;
     const double left =
         left_beside(columns, one_sided_columns(ranked.candidate, fitter_.bare()), signature);
-    ranked.confounded |= left < discriminable_from;
+    if (!(left < discriminable_from)) continue;
+    const double short_of = std::max(0.0, explained - part * part);
+    ranked.falls_short = ranked.confounded ? std::min(ranked.falls_short, short_of) : short_of;
+    ranked.confounded = true;
   }
 }
 

@@ -338,6 +338,19 @@ TEST(Decision, WhatImitatesTheBestCountsAsItDoes) {
   EXPECT_EQ(other_class.answers.size(), 2u);
 }
 
+TEST(Decision, WhatImitatesInPartCountsForLess) {
+  RankedCandidate imitator = fitted("creep", "q2", 0);
+  imitator.fit.reset();
+  imitator.confounded = true;
+  imitator.falls_short = 4;
+  const double exponent = DecisionRules().exponent;
+  const Decision d = decide(round_of({fitted("friction", "q1", 0), imitator}));
+  ASSERT_EQ(d.answers.size(), 2u);
+  EXPECT_NEAR(d.answers[1].probability / d.answers[0].probability, std::exp(-exponent * 2), 1e-9);
+  imitator.falls_short = 40;
+  EXPECT_TRUE(decide(round_of({fitted("friction", "q1", 0), imitator})).is_identified);
+}
+
 TEST(Decision, ALongListIsNone) {
   std::vector<RankedCandidate> ranking;
   for (const char* kind : {"friction", "creep", "eccentricity", "payload", "thermal_expansion",
