@@ -127,8 +127,22 @@ double CorrelatedNoise::log_evidence(const Way& way, const ResidualSpace& space)
   return log - static_cast<double>(space.dimension()) * std::log(left.norm() / residual.norm());
 }
 
+namespace {
+
+// Of the unknowns that may move: one that a bound holds explains nothing of a residual.
+MatrixXd free_columns(const BaseFit& fit) {
+  std::vector<Index> free;
+  for (Index k = 0; k < fit.at.jacobian.cols(); ++k)
+    if (const auto p = static_cast<std::size_t>(k);
+        p >= fit.parameters.size() || fit.parameters[p].hit == BoundHit::none)
+      free.push_back(k);
+  return fit.at.jacobian(Eigen::all, free);
+}
+
+}  // namespace
+
 std::vector<double> CorrelatedNoise::log_evidences(const BaseFit& fit) const {
-  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const ResidualSpace space(-fit.at.residual, free_columns(fit));
   std::vector<double> logs;
   for (const Way& way : ways_) logs.push_back(log_evidence(way, space));
   return logs;
@@ -137,7 +151,8 @@ std::vector<double> CorrelatedNoise::log_evidences(const BaseFit& fit) const {
 // Without the readings of the datum that is farthest off; nullopt where there are few.
 std::optional<double> CorrelatedNoise::log_without_worst(const Way& way, const BaseFit& fit) {
   constexpr std::size_t few = 5;
-  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const MatrixXd columns = free_columns(fit);
+  const ResidualSpace space(-fit.at.residual, columns);
   const VectorXd residual = space.left_of(space.residual());
   std::vector<double> pull;
   for (const Block& block : way.blocks) {
@@ -161,8 +176,7 @@ std::optional<double> CorrelatedNoise::log_without_worst(const Way& way, const B
     rest.log_determinant += std::log1p(block.zero.squaredNorm());
     rest.blocks.push_back(std::move(moved));
   }
-  return log_evidence(rest,
-                      ResidualSpace(-fit.at.residual(kept), fit.at.jacobian(kept, Eigen::all)));
+  return log_evidence(rest, ResidualSpace(-fit.at.residual(kept), columns(kept, Eigen::all)));
 }
 
 // With noise of datums as far as each of them shows it.
@@ -188,7 +202,7 @@ double CorrelatedNoise::share_left(const BaseFit& without, const BaseFit& with) 
 
 double CorrelatedNoise::squared_error(const BaseFit& fit, std::optional<std::size_t> way) const {
   if (!way) return fit.squared_error;
-  return ResidualSpace(decorrelated(*way, -fit.at.residual), decorrelated(*way, fit.at.jacobian))
+  return ResidualSpace(decorrelated(*way, -fit.at.residual), decorrelated(*way, free_columns(fit)))
       .residual()
       .squaredNorm();
 }

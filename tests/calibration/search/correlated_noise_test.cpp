@@ -115,6 +115,25 @@ TEST(CorrelatedNoise, EvidenceIsTheRestrictedLikelihood) {
   }
 }
 
+// It would move with the residual if it could: noise that is not independent would seem more
+// probable beside an effect of no size at all.
+TEST(CorrelatedNoise, WhatABoundHoldsExplainsNothing) {
+  const CorrelatedNoise noise = ways();
+  const VectorXd y = 3 * random_matrix(count, 1, 8);
+  const BaseFit plain = fit_of(y);
+  BaseFit held = plain;
+  held.at.jacobian = MatrixXd(count, plain.at.jacobian.cols() + 1);
+  held.at.jacobian << y + 0.1 * random_matrix(count, 1, 9), plain.at.jacobian;
+  held.parameters.resize(1);
+  EXPECT_GT((VectorXd::Map(noise.log_evidences(held).data(), 3) -
+             VectorXd::Map(noise.log_evidences(plain).data(), 3))
+                .norm(),
+            0.1);
+  held.parameters[0].hit = BoundHit::lower;
+  for (std::size_t way = 0; way < noise.size(); ++way)
+    EXPECT_NEAR(noise.log_evidences(held)[way], noise.log_evidences(plain)[way], 1e-9) << way;
+}
+
 TEST(CorrelatedNoise, PrevailsWhereItIsThereAndNotElsewhere) {
   const CorrelatedNoise noise = ways();
   int wrong = 0, seen = 0;
