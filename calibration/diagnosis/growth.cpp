@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
@@ -132,10 +134,16 @@ class Grower {
     return true;
   }
 
-  // What a revision has taken out may be missing beside what is in the model now.
+  // What a revision has taken out may be missing beside what is in the model now: until a model
+  // comes again.
   void eliminate_and_add() {
-    for (std::size_t times = 0; times < most_additions && eliminate(); ++times)
+    std::set<std::vector<std::string>> seen;
+    for (std::size_t times = 0; times < most_additions && eliminate(); ++times) {
       if (model_.present.empty() || !add_effects()) return;
+      std::vector<std::string> names = names_of(model_.present);
+      std::sort(names.begin(), names.end());
+      if (!seen.insert(std::move(names)).second) return;
+    }
   }
 
   // What exceeds the detection threshold may still be less probable than that nothing is missing.
