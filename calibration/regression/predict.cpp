@@ -823,6 +823,20 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                  progress);
 }
 
+// Case after case, each from the histories that the one before leaves.
+void Predictor::condense_sequence(
+    std::span<const std::size_t> sequence,
+    const std::function<void(std::size_t, const vjm::Histories&)>& loaded,
+    CondensedModel& model) const {
+  const auto& start = model.states[cases_.size() + cases_[sequence.front()].reference];
+  if (!start) return;
+  const vjm::Histories* before = &start->after;
+  for (const std::size_t c : sequence) {
+    loaded(c, *before);
+    if (model.states[c]) before = &model.states[c]->after;
+  }
+}
+
 CondensedModel Predictor::condensed(const std::vector<Parameter>& parameters,
                                     const Eigen::VectorXd& values,
                                     const std::vector<vjm::JointPlace>& joints,
@@ -834,26 +848,36 @@ CondensedModel Predictor::condensed(const std::vector<Parameter>& parameters,
   result.loaded.resize(campaign_.readings.size());
   result.unloaded.resize(campaign_.readings.size());
   const auto condense = [&](std::size_t configuration, const vjm::Load& load,
-                            std::size_t conditions, const vjm::SystemState* at) {
+                            std::size_t conditions, const vjm::SystemState* at,
+                            const vjm::Histories& histories) {
     const vjm::PostureResult& posture = (*postures_)[configuration];
-    return posture.reached
-               ? model.condensed(posture.posture, load, conditions_[conditions], joints, at)
-               : std::nullopt;
+    return posture.reached ? model.condensed(posture.posture, load, conditions_[conditions], joints,
+                                             at, histories)
+                           : std::nullopt;
   };
-  common::parallel_for(
-      result.states.size(), threads_, "condensed equilibria", progress, [&](std::size_t i) {
-        if (campaign_.control) return;  // each model seeks loads of its own
-        if (i < cases_.size()) {
-          const LoadCase& at = cases_[i];
-          const Reading& reading = campaign_.readings[at.reading];
-          result.states[i] = condense(reading.configuration, reading.load, at.conditions,
-                                      run.loaded_near(at.reading, reading.configuration));
-        } else {
-          const Reference& at = references_[i - cases_.size()];
-          result.states[i] = condense(at.configuration, {}, at.conditions,
-                                      run.unloaded_near(at.reading, at.configuration));
-        }
-      });
+  const auto loaded = [&](std::size_t c, const vjm::Histories& histories) {
+    const LoadCase& at = cases_[c];
+    const Reading& reading = campaign_.readings[at.reading];
+    result.states[c] = condense(reading.configuration, reading.load, at.conditions,
+                                run.loaded_near(at.reading, reading.configuration), histories);
+  };
+  // Each model seeks loads of its own where displacements are held.
+  if (!campaign_.control) {
+    common::parallel_for(references_.size(), threads_, "condensed equilibria", progress,
+                         [&](std::size_t i) {
+                           const Reference& at = references_[i];
+                           result.states[cases_.size() + i] =
+                               condense(at.configuration, {}, at.conditions,
+                                        run.unloaded_near(at.reading, at.configuration), {});
+                         });
+    if (has_history_)
+      common::parallel_for(
+          sequences_.size(), threads_, "condensed equilibria", progress,
+          [&](std::size_t i) { condense_sequence(sequences_[i], loaded, result); });
+    else
+      common::parallel_for(cases_.size(), threads_, "condensed equilibria", progress,
+                           [&](std::size_t c) { loaded(c, {}); });
+  }
   for (std::size_t c = 0; c < cases_.size(); ++c)
     for (const std::size_t r : readings_of(c)) {
       result.loaded[r] = c;

@@ -110,7 +110,8 @@ class Predictor {
   Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
                                       const Eigen::VectorXd& values, common::Progress& progress,
                                       const std::vector<TargetOffset>& targets = {}) const;
-  /// The model with joints condensed, as far as they can be. `near`: its own predictions.
+  /// The model with joints condensed, as far as they can be. `near`: its own predictions. Histories
+  /// are those of this model, whatever is added to it.
   CondensedModel condensed(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                            const std::vector<vjm::JointPlace>& joints, const Predictions& near,
                            common::Progress& progress) const;
@@ -164,6 +165,9 @@ class Predictor {
                          State& loaded, CaseResult& result) const;
   void carry_into_history(const Run& run, const LoadCase& at, const vjm::Response& before,
                           const Eigen::RowVectorXd& force, State& loaded) const;
+  void condense_sequence(std::span<const std::size_t> sequence,
+                         const std::function<void(std::size_t, const vjm::Histories&)>& loaded,
+                         CondensedModel& model) const;
   void add_unloaded(const Run& run, const std::vector<State>& unloaded,
                     Predictions& predictions) const;
   // Where the state of a reading is kept; nothing: nowhere.

@@ -23,7 +23,7 @@ namespace {
 // How far a joint is moved to know the rest of the manipulator: an angle [rad], or that times the
 // manipulator's length. As far as the rest is smooth: laws in other joints may have narrow corners,
 // and a rest that resists, as a closed loop does, is not asked for the farthest.
-constexpr std::array ranges = {1e-2, 1e-3, 2e-4};
+constexpr std::array ranges = {1e-2, 1e-3, 2e-4, 3e-5};
 constexpr double resisting = 0.1;  // share of the stiffness of a joint that is not its own
 
 class PushLaw : public CoordinateLaw {
@@ -124,6 +124,8 @@ class EffectModel::Condenser {
         at_(system_, state_, load_),
         equations_(at_) {}
 
+  const EquilibriumResiduals& equilibrium() const { return at_; }
+
   std::optional<CondensedState::Joint> joint(const JointPlace& place) const {
     const Pushed here(at_, equations_, errors_, place, 0);
     if (!(here.x_by_force > 0) || !std::isfinite(here.x_by_force)) return std::nullopt;
@@ -182,10 +184,12 @@ class EffectModel::Condenser {
 std::optional<CondensedState> EffectModel::condensed(const Posture& of_bare, const Load& stated,
                                                      const Conditions& given,
                                                      const std::vector<JointPlace>& joints,
-                                                     const SystemState* near) const {
-  if (has_history_ || !watch_.is_empty()) return std::nullopt;
+                                                     const SystemState* near,
+                                                     const Histories& histories) const {
+  if (!watch_.is_empty()) return std::nullopt;
   Conditions conditions = given;
-  const std::optional<Manipulator> varied = this->varied(stated, conditions, no_history(effects_));
+  const Histories before = histories.empty() ? no_history(effects_) : histories;
+  const std::optional<Manipulator> varied = this->varied(stated, conditions, before);
   const Manipulator& manipulator = varied ? *varied : fixed_;
   const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
   const Load load = errors.actual(stated);
@@ -202,8 +206,13 @@ std::optional<CondensedState> EffectModel::condensed(const Posture& of_bare, con
   for (std::size_t c = 0; c < manipulator.size(); ++c)
     result.commands.push_back(posture.commands(manipulator.chains()[c], c));
   const Condenser condenser(*this, manipulator, errors, posture, load, std::move(found.state));
-  for (const JointPlace& place : joints)
+  for (const JointPlace& place : joints) {
+    if (has_history_at(place)) continue;
     if (auto joint = condenser.joint(place)) result.joints.push_back(*std::move(joint));
+  }
+  if (!has_history_) return result;
+  result.before = before;
+  result.after = advanced(condenser.equilibrium(), stated, conditions, errors, before);
   return result;
 }
 
@@ -324,11 +333,19 @@ bool EffectModel::is_law_of_joint(const std::vector<ModelParameter>& parameters)
   const auto last = effects_.size() - 1;
   const Effect& effect = effects_[last];
   if (!effect.kind->acts_on_joint_alone || effect.sites.size() != 1) return false;
-  return std::all_of(effects_.begin(), effects_.end() - 1,
-                     [](const Effect& other) { return other.kind->history == 0; }) &&
-         std::all_of(parameters.begin(), parameters.end(), [&](const ModelParameter& p) {
-           return p.springs.empty() ? p.effect == last : own_spring(p) != nullptr;
-         });
+  return std::all_of(parameters.begin(), parameters.end(), [&](const ModelParameter& p) {
+    return p.springs.empty() ? p.effect == last : own_spring(p) != nullptr;
+  });
+}
+
+bool EffectModel::has_history_at(const JointPlace& place) const {
+  return std::any_of(effects_.begin(), effects_.end(), [&](const Effect& effect) {
+    return effect.kind->history > 0 && effect.kind->place == EffectPlace::joint &&
+           std::any_of(effect.sites.begin(), effect.sites.end(), [&](const EffectSite& site) {
+             return site.chain == place.chain &&
+                    fixed_.chains()[place.chain].index_of(site.element) == place.coordinate;
+           });
+  });
 }
 
 // The spring of the joint in which the last effect acts, where the parameter scales that alone.
@@ -353,7 +370,8 @@ std::optional<Response> EffectModel::respond(const CondensedState& without, cons
   const Effect& effect = effects_[e];
   const auto& [c, element] = effect.sites[0];
   Conditions conditions = given;
-  const Chain& chain = varied_chain(c, stated, conditions, before.histories);
+  const Chain& chain =
+      varied_chain(c, stated, conditions, with_own(without.before, before.histories));
   const Index k = chain.index_of(element);
   const CondensedState::Joint* joint = without.find({c, k});
   if (joint == nullptr) return std::nullopt;
@@ -363,7 +381,7 @@ std::optional<Response> EffectModel::respond(const CondensedState& without, cons
   if (!balance.find()) return std::nullopt;
   Response response;
   response.observed = spatial::displaced(without.observed, balance.sample().values.tail<6>());
-  response.histories = before.histories;
+  response.histories = with_own(without.after, before.histories);
   response.history_derivatives = before.history_derivatives;
   const Index size = effect.kind->history, count = std::ssize(parameters);
   response.derivatives.resize(6, count);

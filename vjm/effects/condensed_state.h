@@ -54,6 +54,9 @@ struct CondensedState {
   std::vector<Eigen::VectorXd> coordinates;  // all of each chain [m or rad]
   std::vector<Eigen::VectorXd> commands;     // the same where nothing is loaded
   std::vector<Joint> joints;                 // that could be condensed
+  /// Histories of the model's effects, before this equilibrium and after it; empty where none has
+  /// any.
+  std::vector<Eigen::VectorXd> before = {}, after = {};
 
   const Joint* find(const JointPlace& place) const;
 };

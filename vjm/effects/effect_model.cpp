@@ -243,13 +243,22 @@ Response EffectModel::respond(const Posture& of_bare, const Load& stated, const 
 // The last effect, whatever its values.
 bool EffectModel::leaves_equilibrium(const Conditions& conditions,
                                      const std::vector<ModelParameter>& parameters) const {
-  if (effects_.empty() || !watch_.is_empty() || has_history_) return false;
+  if (effects_.empty() || !watch_.is_empty()) return false;
   const auto last = effects_.size() - 1;
   const EffectKind& kind = *effects_[last].kind;
+  if (kind.history > 0) return false;
   return (kind.acts_on_readings_alone() || !acts_under(kind, conditions)) &&
          std::all_of(parameters.begin(), parameters.end(), [&](const ModelParameter& p) {
            return p.springs.empty() && p.effect == last;
          });
+}
+
+// Those of the model without its last effect, then that of its last.
+Histories EffectModel::with_own(const Histories& of_others, const Histories& all) const {
+  if (of_others.empty()) return all;
+  Histories result = of_others;
+  result.push_back(all.back());
+  return result;
 }
 
 // Where the last effect has nothing to do with the equilibrium.
@@ -260,7 +269,7 @@ Response EffectModel::read_otherwise(const CondensedState& without, const Load& 
   if (!varying_.empty()) add_load(stated, conditions);
   const ReadingErrors errors = reading_errors(effects_, conditions);
   Response response;
-  response.histories = before.histories;
+  response.histories = with_own(without.after, before.histories);
   response.history_derivatives = before.history_derivatives;
   response.observed = errors.observed(without.platform);
   response.derivatives.resize(6, std::ssize(parameters));
@@ -283,6 +292,16 @@ void EffectModel::advance(const Case& at, const Response& before, Response& resp
               .next;
     }
   }
+}
+
+Histories EffectModel::advanced(const EquilibriumResiduals& equilibrium, const Load& stated,
+                                const Conditions& conditions, const ReadingErrors& errors,
+                                const Histories& before) const {
+  const Watcher watcher(watch_, equilibrium, errors);
+  Response from, to;
+  from.histories = to.histories = before;
+  advance({equilibrium, stated, conditions, errors, watcher}, from, to);
+  return to.histories;
 }
 
 // What all parameters of one case share.

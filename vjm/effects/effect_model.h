@@ -65,18 +65,20 @@ class EffectModel {
                    bool with_derivatives, const SystemState* near = nullptr,
                    bool with_compliance = false) const;
 
-  /// The equilibrium under a stated load with the joints condensed that can be. nullopt: no
-  /// equilibrium, or a model that watches or has a history.
+  /// The equilibrium under a stated load with the joints condensed that can be: not those in which
+  /// an effect with a history acts. `histories`: before it; empty: nothing has happened. nullopt:
+  /// no equilibrium, or a model that watches.
   std::optional<CondensedState> condensed(const Posture& posture, const Load& load,
                                           const Conditions& conditions,
                                           const std::vector<JointPlace>& joints,
-                                          const SystemState* near = nullptr) const;
+                                          const SystemState* near = nullptr,
+                                          const Histories& histories = {}) const;
   /// respond() from the same equilibrium of the model without its last effect, in much less time:
-  /// equal to 1e-12 of the manipulator's length. Without `state`, which is not found. nullopt
-  /// unless the effect acts on what is read alone, not at all, or on one joint alone
+  /// equal to 1e-12 of the manipulator's length, where the histories of the other effects are those
+  /// of `without`, as if the last effect had not acted before. Without `state`, which is not found.
+  /// nullopt unless the effect acts on what is read alone, not at all, or on one joint alone
   /// (EffectKind::acts_on_joint_alone), which is condensed, stays held and where that is known;
-  /// derivatives are by values of this effect and by the stiffness of its joint alone, and no other
-  /// effect has a history.
+  /// derivatives are by values of this effect and by the stiffness of its joint alone.
   std::optional<Response> respond(const CondensedState& without, const Load& load,
                                   const Conditions& conditions, const Response& before,
                                   const std::vector<ModelParameter>& parameters) const;
@@ -98,6 +100,11 @@ class EffectModel {
                           const std::vector<ModelParameter>& parameters) const;
   bool is_law_of_joint(const std::vector<ModelParameter>& parameters) const;
   const Spring* own_spring(const ModelParameter& parameter) const;
+  bool has_history_at(const JointPlace& place) const;
+  Histories advanced(const EquilibriumResiduals& equilibrium, const Load& stated,
+                     const Conditions& conditions, const ReadingErrors& errors,
+                     const Histories& before) const;
+  Histories with_own(const Histories& of_others, const Histories& all) const;
   void find_change(const Linear& linear, const Case& at, const Response& before,
                    const ModelParameter& parameter, Eigen::Index column,
                    EquationChange& change) const;
