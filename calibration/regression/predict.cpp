@@ -244,6 +244,24 @@ vjm::TemperaturePast past_of(const std::map<std::size_t, vjm::TemperaturePast>& 
   return past;
 }
 
+// How long before the first reading of a load cycle, at the times of `of`, its state without load
+// was read [s]: where that is no reading of its own, about as long as from one to the next.
+double zeroed_before(const Campaign& campaign, const Cycle& cycle,
+                     const std::vector<vjm::Conditions>& of) {
+  const auto earlier = [&](std::size_t a, std::size_t b) { return of[a].time < of[b].time; };
+  Cycle by_time = cycle;
+  std::stable_sort(by_time.begin(), by_time.end(), earlier);
+  const bool is_there = level_of(campaign.readings[by_time.front()].load) == 0;
+  if (campaign.displacement == DisplacementKind::absolute || is_there || by_time.size() < 2)
+    return 0;
+  std::vector<double> intervals;
+  for (std::size_t k = 1; k < by_time.size(); ++k)
+    intervals.push_back(of[by_time[k]].time - of[by_time[k - 1]].time);
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
 std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
   const std::map<std::size_t, vjm::TemperaturePast> temperatures = temperatures_of(campaign);
   std::map<std::size_t, double> start;  // of sessions
@@ -269,8 +287,12 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
     }
   }
   for (const Cycle& cycle : all_cycles(campaign)) {
-    double begin = campaign.readings[cycle.front()].cycle.empty() ? 0 : result[cycle.front()].time;
-    for (const std::size_t i : cycle) begin = std::min(begin, result[i].time);
+    double begin = 0;
+    if (!campaign.readings[cycle.front()].cycle.empty()) {
+      begin = result[cycle.front()].time;
+      for (const std::size_t i : cycle) begin = std::min(begin, result[i].time);
+      begin -= zeroed_before(campaign, cycle, result);
+    }
     for (const std::size_t i : cycle) result[i].time_in_cycle = result[i].time - begin;
   }
   for (const Cycle& stretch : histories_of(campaign))
