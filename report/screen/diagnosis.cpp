@@ -109,8 +109,12 @@ std::vector<std::string> designs_in_words(const vjm::Robot& robot, const FoundEf
     const vjm::EffectParameter& p = effect.kind->parameters[k];
     const std::vector<double>& usual = angular ? p.usual_angular : p.usual_linear;
     const double value = effect.values[static_cast<Eigen::Index>(k)];
+    const auto number_of =
+        static_cast<std::size_t>(std::find(usual.begin(), usual.end(), value) - usual.begin());
     if (usual.size() > 1 && value != usual.front())
-      words.push_back(fmt::format("{} {}", p.name, number(value, 3)));
+      words.push_back(number_of < p.usual_in_words.size()
+                          ? p.usual_in_words[number_of]
+                          : fmt::format("{} {}", p.name, number(value, 3)));
   }
   for (std::string& word : words) std::replace(word.begin(), word.end(), '_', ' ');
   return words;

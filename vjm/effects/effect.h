@@ -117,6 +117,8 @@ struct EffectParameter {
   /// Where design fixes it: the values that it usually has [SI]. A search for what is missing tries
   /// each, and fits none.
   std::vector<double> usual_linear = {}, usual_angular = {};
+  /// What each of these means, in a word or two of an answer; empty: name and value say it.
+  std::vector<std::string> usual_in_words = {};
   /// Another value than `none` makes it another effect where poses are read, not differences.
   bool is_of_differences = false;
   /// It says what becomes of the weight before a cycle.

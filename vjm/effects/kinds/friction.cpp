@@ -134,7 +134,7 @@ class DryFriction : public EffectKind {
                    .prior_unit = PriorUnit::joint_play,
                    .is_shape = true},
                   settled_weight(),
-                  either_way("gradual")};
+                  either_way("gradual", "giving way gradually")};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,

@@ -25,16 +25,17 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
           .required = false};
 }
 
-EffectParameter either_way(std::string name) {
+EffectParameter either_way(std::string name, std::string words) {
   EffectParameter parameter = optional_parameter(std::move(name), spatial::dimension::none, 1, 1);
   parameter.lower = 0;
   parameter.is_shape = true;
   parameter.usual_linear = parameter.usual_angular = {0, 1};
+  parameter.usual_in_words = {"", std::move(words)};
   return parameter;
 }
 
 EffectParameter settled_weight() {
-  EffectParameter parameter = either_way("settled");
+  EffectParameter parameter = either_way("settled", "its weight settled before");
   parameter.is_of_weight = true;
   return parameter;
 }

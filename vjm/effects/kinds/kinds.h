@@ -62,7 +62,8 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
                                    double limit, double prior_sd);
 
 /// Whether something is so: 0 (unless given) or 1, and nothing that readings must tell in between.
-EffectParameter either_way(std::string name);
+/// `words`: what 1 means.
+EffectParameter either_way(std::string name, std::string words);
 /// "settled": 1 where the weight of a cycle's posture has had its effect before the cycle.
 EffectParameter settled_weight();
 

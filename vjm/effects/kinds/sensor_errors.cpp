@@ -125,7 +125,7 @@ Kind session_drift() {
     kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, share));
   for (EffectParameter& parameter : kind->parameters)
     parameter.prior_unit = PriorUnit::change_in_session;
-  kind->parameters.push_back(either_way("each_cycle"));
+  kind->parameters.push_back(either_way("each_cycle", "zeroed in each load cycle"));
   return kind;
 }
 

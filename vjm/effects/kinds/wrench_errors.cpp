@@ -109,7 +109,7 @@ Kind wrench_zero() {
   for (const char* name : {"mx", "my", "mz"})
     kind->parameters.push_back(
         load_parameter(name, spatial::dimension::moment, 0.02, PriorUnit::stated_moment));
-  kind->parameters.push_back(either_way("always"));
+  kind->parameters.push_back(either_way("always", "without load as well"));
   kind->parameters.back().is_of_differences = true;  // else it is a payload
   return kind;
 }
