@@ -137,12 +137,10 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
       candidate.effect.values[i] = within(parameter, parameter.none + deviation);
     const bool is_seen = (!parameter.is_of_differences || scales.differences) &&
                          (!parameter.is_of_weight || !bare.gravity().isZero(0));
-    if (is_seen)
-      candidate.designs *= std::max<std::size_t>(1, usual_values(candidate.effect, i, bare).size());
-    else
-      candidate.fixed.push_back(i);
+    if (!is_seen) candidate.fixed.push_back(i);
   }
-  if (kind->offsets_readings) candidate.designs = readings_named(*kind, scales);
+  candidate.designs =
+      kind->offsets_readings ? readings_named(*kind, scales) : designs_of(candidate, bare).size();
   if (candidate.designs == 0) return std::nullopt;
   return candidate;
 }

@@ -1,4 +1,6 @@
 // A link grows with its temperature, or a screw or scale.
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 
@@ -11,7 +13,9 @@ namespace kinetostat::vjm::effects {
 namespace thermal_expansion_kind {
 namespace {
 
-enum Value { alpha, reference, lag_time };
+enum Value { alpha, reference, lag_time, grows };
+// What grows where a part leads to a drive that slides.
+enum Grows { part_and_screw, part_alone, screw_alone };
 
 // Where the rigid parts of an element end, and the way along each [m], in the axes there.
 struct Part {
@@ -54,6 +58,26 @@ std::optional<Eigen::Index> screw_of(const Chain& chain, const std::string& elem
   return std::nullopt;
 }
 
+Grows grows_of(const Eigen::VectorXd& values) {
+  return static_cast<Grows>(std::lround(std::clamp(values[grows], 0.0, 2.0)));
+}
+
+// Of an element, as far as they grow.
+struct Growing {
+  std::vector<Part> parts;
+  std::optional<Eigen::Index> screw;
+
+  Growing(const Chain& chain, const std::string& element, const Eigen::VectorXd& values)
+      : screw(screw_of(chain, element)) {
+    const Grows which = grows_of(values);
+    if (which != part_and_screw && !screw)
+      throw std::invalid_argument(
+          fmt::format("'{}' is no drive that slides: leave 'grows' out", element));
+    if (which != screw_alone) parts = parts_of(chain, element);
+    if (which == part_alone) screw.reset();
+  }
+};
+
 class ThermalExpansion : public EffectKind {
  public:
   ThermalExpansion() {
@@ -62,7 +86,8 @@ class ThermalExpansion : public EffectKind {
     summary = "the part that leads to a joint, a link, or a screw grows with the temperature";
     law =
         "its length vector, and the command of a drive that slides, times 1 + alpha (T' - "
-        "reference), lag dT'/dt + T' = T for the temperature T of the readings";
+        "reference), lag dT'/dt + T' = T for the temperature T of the readings. At such a drive "
+        "grows = 1 is the part alone, 2 the screw or scale alone";
     source = "linear expansion; ISO 230-3, thermal effects on machine tools";
     signature =
         "an offset in proportion to the temperature, along the link, of a screw to its stroke as "
@@ -84,7 +109,17 @@ class ThermalExpansion : public EffectKind {
                    .none = 20,
                    .required = false,
                    .is_shape = true},
-                  lag_of_temperature()};
+                  lag_of_temperature(),
+                  {.name = "grows",
+                   .linear = spatial::dimension::none,
+                   .angular = spatial::dimension::none,
+                   .lower = 0,
+                   .upper = 2,
+                   .prior_sd = 1,
+                   .required = false,
+                   .is_shape = true,
+                   .usual_linear = {0, 1, 2},
+                   .usual_in_words = {"", "of the part before it", "of its screw or scale"}}};
     parameters[alpha].required = true;
     parameters[alpha].lower = -2e-6;  // carbon fibre along its length; all else grows
   }
@@ -92,10 +127,11 @@ class ThermalExpansion : public EffectKind {
   void act(ChainModifier& modifier, const std::string& element,
            const EffectInput& input) const override {
     const Warming warm = warming_of(input);
-    for (const Part& part : parts_of(modifier.chain(), element))
+    const Growing growing(modifier.chain(), element, input.values);
+    for (const Part& part : growing.parts)
       modifier.add_displacement(part.element, true,
                                 translation(input.values[alpha] * warm.above * part.length));
-    if (const auto k = screw_of(modifier.chain(), element))
+    if (const auto k = growing.screw)
       modifier.add_transmission_error(
           {.coordinate = *k, .leader = *k, .ratio = input.values[alpha] * warm.above});
   }
@@ -103,7 +139,8 @@ class ThermalExpansion : public EffectKind {
   void differentiate(ChainColumns& columns, const std::string& element,
                      const EffectInput& input) const override {
     const Warming warm = warming_of(input);
-    for (const Part& part : parts_of(columns.state().chain, element)) {
+    const Growing growing(columns.state().chain, element, input.values);
+    for (const Part& part : growing.parts) {
       columns.add_displacement(alpha, part.element, true, translation(warm.above * part.length));
       if (!input.conditions.temperature) continue;
       columns.add_displacement(reference, part.element, true,
@@ -111,7 +148,7 @@ class ThermalExpansion : public EffectKind {
       columns.add_displacement(lag_time, part.element, true,
                                translation(input.values[alpha] * warm.by_lag * part.length));
     }
-    if (const auto k = screw_of(columns.state().chain, element)) {
+    if (const auto k = growing.screw) {
       const double command = columns.state().x[*k] - columns.state().travel[*k];
       columns.add_transmission_error(alpha, *k, warm.above * command);
       if (!input.conditions.temperature) return;
