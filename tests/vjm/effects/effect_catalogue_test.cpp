@@ -155,7 +155,7 @@ Bench shared_mounts() {
                    make("base_tilt", "foundation", {3e-7, 1e-7, 2e-7}),
                    make("platform_compliance", "tool", {2e-8, 1e-6}),
                    make("platform_compliance", "end", {2e-8, 1e-6}),
-                   make("clearance", "z.rho", {2e-6}),
+                   make("clearance", "z.rho", {2e-6, 0}),
                    make("friction", "x.rho", {40, 3e-7, 0, 0})};
   return bench;
 }
@@ -213,9 +213,11 @@ TEST(EffectDerivatives, AreExactWhereWeightHasCrept) {
 
 TEST(EffectDerivatives, AreExactForAScrewThatGrows) {
   const Bench bench = test::parallel_bench();
-  expect_exact(bench,
-               {test::effect(bench.manipulator, "thermal_expansion", "y.rho", {2.3e-5, 21, 15})},
-               50, 1);
+  for (const double grows : {0, 1, 2})
+    expect_exact(
+        bench,
+        {test::effect(bench.manipulator, "thermal_expansion", "y.rho", {2.3e-5, 21, 15, grows})},
+        50, 1);
 }
 
 // Where there is none yet its first trace is known, too: a search for effects starts there.
@@ -390,7 +392,7 @@ TEST_P(JointEffect, FollowsFromTheCondensedModel) {
 TEST(CondensedModel, KnowsLawsInOtherJoints) {
   const Bench bench = test::arm_bench();
   const Manipulator& m = bench.manipulator;
-  const std::vector<Effect> others = {test::effect(m, "clearance", "arm.q4", {2e-4}),
+  const std::vector<Effect> others = {test::effect(m, "clearance", "arm.q4", {2e-4, 0}),
                                       test::effect(m, "directional_stiffness", "arm.q5", {1.7}),
                                       test::effect(m, "sensor_scale", "sensor", {2e-3}),
                                       test::effect(m, "wrench_gain", "load", {1.1})};
@@ -406,7 +408,7 @@ TEST(CondensedModel, KnowsWhatLeavesTheEquilibrium) {
   const Bench bench = test::arm_bench();
   const Manipulator& m = bench.manipulator;
   const std::vector<Effect> others = {
-      test::effect(m, "clearance", "arm.q4", {2e-4}),
+      test::effect(m, "clearance", "arm.q4", {2e-4, 0}),
       test::effect(m, "sensor_frame", "sensor", {1e-3, 0, 2e-3, 1e-3, 0, -2e-3})};
   const EffectModel without(m, others, tight);
   const Load load{.force = {30, -20, 50}, .moment = {1, 2, 3}};
@@ -416,7 +418,7 @@ TEST(CondensedModel, KnowsWhatLeavesTheEquilibrium) {
   for (const Effect& effect :
        {test::effect(m, "sensor_scale", "sensor", {2e-3}),
         test::effect(m, "session_drift", "sensor", {3e-8, -2e-8, 1e-8, 4e-8, 2e-8, -1e-8, 0.7}),
-        test::effect(m, "thermal_expansion", "arm.forearm", {1.2e-5, 22, 0})}) {
+        test::effect(m, "thermal_expansion", "arm.forearm", {1.2e-5, 22, 0, 0})}) {
     std::vector<Effect> effects = others;
     effects.push_back(effect);
     const EffectModel with(m, effects, tight);
@@ -447,12 +449,56 @@ TEST(CondensedModel, LeavesAloneWhatItCannotKnow) {
     EXPECT_FALSE(state && with.respond(*state, {}, {}, with.at_rest(0), {}))
         << effects.back().kind->name;
   };
-  // Another sort of effect, one that moves its joint far, and one beside a history.
+  // Another sort of effect, one that moves its joint far, and one beside a history in its joint.
   expect_none({test::effect(m, "link_compliance", "forearm", {1.4})}, "q3");
   expect_none({test::effect(m, "preload", "arm.q3", {1e6})}, "q3");
-  expect_none({test::effect(m, "friction", "arm.q5", {60, 5e-5, 0, 0}),
+  expect_none({test::effect(m, "friction", "arm.q3", {60, 5e-5, 0, 0}),
                test::effect(m, "preload", "arm.q3", {200})},
               "q3");
+}
+
+// Histories in other joints are those without the effect, and with these each state is exact.
+TEST(CondensedModel, TakesHistoriesOfOtherJointsAsTheyAre) {
+  const Bench bench = test::arm_bench();
+  const Manipulator& m = bench.manipulator;
+  const std::vector<Effect> others = {test::effect(m, "friction", "arm.q5", {60, 5e-5, 0, 1}),
+                                      test::effect(m, "creep", "shoulder.q2", {1e-7, 400, 0})};
+  const EffectModel without(m, others, tight);
+  const std::size_t arm = others[0].sites[0].chain;
+  const JointPlace joint{arm, m.chains()[arm].index_of("q4")};
+  Random random(17);
+  const std::vector<Step> path = random_path(bench, random, 8);
+  for (const Effect& effect : {test::effect(m, "friction", "arm.q4", {40, 5e-5, 0, 0}),
+                               test::effect(m, "sensor_scale", "sensor", {2e-3})}) {
+    std::vector<Effect> effects = others;
+    effects.push_back(effect);
+    const EffectModel with(m, effects, tight);
+    const std::vector<ModelParameter> parameters = {{{}, 2, 0}};
+    Response before = with.at_rest(1), before_without = without.at_rest(0);
+    int condensed = 0;
+    for (const Step& step : path) {
+      const auto state = without.condensed(bench.posture, step.load, step.conditions, {joint},
+                                           nullptr, before_without.histories);
+      ASSERT_TRUE(state);
+      const Response full =
+          with.respond(bench.posture, step.load, step.conditions, before, parameters, true);
+      const auto quick = with.respond(*state, step.load, step.conditions, before, parameters);
+      before_without =
+          without.respond(bench.posture, step.load, step.conditions, before_without, {}, false);
+      for (std::size_t e = 0; e < 2; ++e)
+        EXPECT_LT((state->after[e] - before_without.histories[e]).norm(), 1e-12);
+      before = with.at_rest(1);
+      std::copy_n(before_without.histories.begin(), 2, before.histories.begin());
+      before.histories[2] = full.histories[2];
+      if (!quick) continue;
+      ++condensed;
+      EXPECT_LT(spatial::pose_difference(full.observed, quick->observed).norm(), 1e-12);
+      EXPECT_LE((full.derivatives - quick->derivatives).norm(), 1e-6 * full.derivatives.norm());
+      EXPECT_LT((full.histories[2] - quick->histories[2]).norm(), 1e-8);
+      EXPECT_EQ(quick->histories[0], state->after[0]);
+    }
+    EXPECT_GT(condensed, 5) << effect.kind->name;
+  }
 }
 
 }  // namespace

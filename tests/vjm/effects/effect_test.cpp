@@ -67,7 +67,7 @@ void expect_exact(const Manipulator& m, const Posture& posture, const std::vecto
     ASSERT_TRUE(exact.failure.empty()) << exact.failure;
     for (std::size_t p = 0; p < parameters.size(); ++p) {
       const auto& [springs, e, v] = parameters[p];
-      const double value = effects[e].values[v], h = 2e-3 * std::abs(value);
+      const double value = effects[e].values[v], h = 2e-3 * std::abs(value == 0 ? 1 : value);
       const auto pose = [&, e = e, v = v](double steps) {
         std::vector<Effect> shifted = effects;
         shifted[e].values[v] = value + steps * h;
@@ -101,14 +101,14 @@ TEST(Effects, AreExactlyDifferentiatedOnASerialRobot) {
   const Posture posture = posture_from_joints(m, {}).posture;
   expect_exact(m, posture,
                {effect(m, "joint_compliance", "q1", {1e-7}), effect(m, "hardening", "q2", {1e12}),
-                effect(m, "preload", "q3", {100}), effect(m, "clearance", "q4", {2e-4}),
+                effect(m, "preload", "q3", {100}), effect(m, "clearance", "q4", {2e-4, 0}),
                 effect(m, "payload", "platform", {50, 0.1, 0.05, -0.1})},
                1000, 200);
 }
 
 TEST(Effects, OnOneJointComposeInEitherOrder) {
   const Effect compliance = effect(bench(), "joint_compliance", "spring", {4e-7});
-  const Effect gap = effect(bench(), "clearance", "spring", {1e-4});
+  const Effect gap = effect(bench(), "clearance", "spring", {1e-4, 0});
   const Effect hard = effect(bench(), "hardening", "spring", {3e12});
   const double force = 700;
   const double d = deflection({compliance, gap, hard}, force);
@@ -125,8 +125,8 @@ TEST(Effects, OfSizeZeroAreNone) {
   for (const double force : {-800.0, -3.0, 0.5, 900.0}) {
     const double plain = deflection({}, force);
     EXPECT_NEAR(plain, force / 1e6, 1e-17);
-    for (const char* kind :
-         {"joint_compliance", "hardening", "load_hardening", "clearance", "preload"})
+    EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {0, 1})}, force), plain, 1e-17);
+    for (const char* kind : {"joint_compliance", "hardening", "load_hardening", "preload"})
       EXPECT_NEAR(deflection({effect(bench(), kind, "spring", {0})}, force), plain, 1e-17) << kind;
     EXPECT_NEAR(deflection({effect(bench(), "payload", "platform", {0, 0.1, 0.2, 0.3})}, force),
                 plain, 1e-17);
@@ -147,8 +147,10 @@ TEST(Effects, FollowTheirLaws) {
   EXPECT_NEAR(deflection({effect(bench(), "load_hardening", "spring", {1e-10})}, -1500), -1.275e-3,
               1e-12);
   // Far beyond the gap the joint has lost just the gap: w^2/4 (1/(d+g) - 1/(d-g)) is left.
-  EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5})}, 1000), 1.01e-3, 1e-10);
-  EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5})}, -1000), -1.01e-3, 1e-10);
+  EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5, 0})}, 1000), 1.01e-3,
+              1e-10);
+  EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5, 0})}, -1000), -1.01e-3,
+              1e-10);
 }
 
 // Also where the law has ended: beyond 450 N the spring is ten times as stiff as without load. The
@@ -315,11 +317,32 @@ TEST(Effects, AllPartsThatGrowMakeTheRobotLarger) {
   chain.actuator("q3", Motion::rx, 1e5).offset(spatial::Pose::translation({0.1, 0, 0.05}));
   const Manipulator arm("arm", {chain.build()});
   const Posture posture = posture_from_joints(arm, {{"q1", 0.4}, {"q2", -0.7}, {"q3", 1}}).posture;
-  const EffectModel model(arm, {effect(arm, "thermal_expansion", "all parts", {2e-5, 20, 0})});
+  const EffectModel model(arm, {effect(arm, "thermal_expansion", "all parts", {2e-5, 20, 0, 0})});
   const Response warm =
       model.respond(posture, {}, {.temperature = 30.0}, model.at_rest(0), {}, false);
   EXPECT_LT((warm.observed.position() - (1 + 2e-4) * posture.platform.position()).norm(), 1e-12);
   EXPECT_LT((warm.observed.rotation() - posture.platform.rotation()).norm(), 1e-12);
+}
+
+// A column that leads to a slide, and the screw of the slide, each by itself or together.
+TEST(Effects, ThePartBeforeASlideGrowsByItselfOrItsScrewDoes) {
+  ChainBuilder chain("gantry");
+  chain.offset(spatial::Pose::translation({0.1, 0, 2}));
+  chain.actuator("x", Motion::tx, 1e8).offset(spatial::Pose::translation({0, 0.5, 0}));
+  const Manipulator gantry("gantry", {chain.build()});
+  const Posture posture = posture_from_joints(gantry, {{"x", 0.8}}).posture;
+  const spatial::Vector3 part(0.1, 0, 2), screw(0.8, 0, 0);
+  const auto moved = [&](const char* at, double grows) -> spatial::Vector3 {
+    const EffectModel model(gantry,
+                            {effect(gantry, "thermal_expansion", at, {1e-5, 20, 0, grows})});
+    return model.respond(posture, {}, {.temperature = 30.0}, model.at_rest(0), {}, false)
+               .observed.position() -
+           posture.platform.position();
+  };
+  EXPECT_LT((moved("x", 0) - 1e-4 * (part + screw)).norm(), 1e-12);
+  EXPECT_LT((moved("x", 1) - 1e-4 * part).norm(), 1e-12);
+  EXPECT_LT((moved("x", 2) - 1e-4 * screw).norm(), 1e-12);
+  EXPECT_FALSE(can_act(effect(gantry, "thermal_expansion", "end", {1e-5, 20, 0, 1}), gantry));
 }
 
 // A held load: the spring, then c F (1 - exp(-t/tau)) more; taken away, it goes back.
@@ -345,8 +368,9 @@ TEST(Effects, AreRefusedWhereTheyCannotAct) {
   ChainBuilder chain("c");
   chain.actuator("rigid", Motion::rz, std::nullopt);
   const Manipulator m("m", {chain.build()});
-  for (const char* kind : {"joint_compliance", "hardening", "clearance", "preload"})
+  for (const char* kind : {"joint_compliance", "hardening", "preload"})
     EXPECT_THROW(with_effects(m, {effect(m, kind, "rigid", {1})}), std::invalid_argument) << kind;
+  EXPECT_THROW(with_effects(m, {effect(m, "clearance", "rigid", {1, 0})}), std::invalid_argument);
   EXPECT_THROW(effect(m, "link_compliance", "leg", {1}), std::invalid_argument);
   EXPECT_THROW(effect(m, "preload", "rigit", {1}), std::invalid_argument);
   EXPECT_THROW(effect_kind("hardning"), std::invalid_argument);

@@ -121,7 +121,7 @@ effects:
     ASSERT_TRUE(exact.failure.empty()) << exact.failure;
     for (std::size_t p = 0; p < parameters.size(); ++p) {
       const auto& [springs, e, v] = parameters[p];
-      const double h = 1e-3 * robot.effects[e].values[v];
+      const double value = robot.effects[e].values[v], h = 1e-3 * (value == 0 ? 1 : value);
       const auto z = [&, e = e, v = v](double steps) {
         std::vector<Effect> shifted = robot.effects;
         shifted[e].values[v] += steps * h;
