@@ -188,7 +188,7 @@ async function drops(address) {
 /** An effect of which there is nothing is never saved, and a model with it says so. */
 async function zeroIsNotSaved(address) {
   const effects = ["clearance at arm.drive"];
-  const tried = await post(address, "try", { effects, values: [[0]] });
+  const tried = await post(address, "try", { effects, values: [[0, 0]] });
   assert.equal(tried.status, 200);
   // The true clearance of the simulation explains more than none.
   const fitted = (await job(address, "fit", { effects })).result.card;
