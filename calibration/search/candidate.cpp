@@ -138,9 +138,12 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
     const bool is_seen = (!parameter.is_of_differences || scales.differences) &&
                          (!parameter.is_of_weight || !bare.gravity().isZero(0));
     if (!is_seen) candidate.fixed.push_back(i);
+    // Two or three variants of a law stand for each other.
+    constexpr std::size_t few = 3;
+    const std::size_t usual = usual_values(candidate.effect, i, bare).size();
+    if (is_seen && usual > few) candidate.designs *= usual;
   }
-  candidate.designs =
-      kind->offsets_readings ? readings_named(*kind, scales) : designs_of(candidate, bare).size();
+  if (kind->offsets_readings) candidate.designs = readings_named(*kind, scales);
   if (candidate.designs == 0) return std::nullopt;
   return candidate;
 }

@@ -17,8 +17,9 @@ struct Candidate {
   /// range, for values that say how large it is and those that must be given; the others where
   /// there is none.
   vjm::Effect effect;
-  std::vector<double> deviations;        // prior standard deviations of its values [SI]
-  std::size_t designs = 1;               // in how many ways values that design fixes may be fixed
+  std::vector<double> deviations;  // prior standard deviations of its values [SI]
+  /// In how many ways values that design fixes may be fixed, without the few variants of one law.
+  std::size_t designs = 1;
   std::vector<Eigen::Index> fixed = {};  // values of design that these readings leave at nothing
   double widest = widest_prior;          // times usual: how wide the priors of its size enter a fit
 

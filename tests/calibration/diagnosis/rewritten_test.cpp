@@ -183,9 +183,12 @@ TEST_P(Rewritten, WithRowsInAnotherOrder) {
   }});
 }
 
+// Errors that last from one reading to the next end with a session, which counts where two laws are
+// nearly as probable.
 TEST_P(Rewritten, InTwoSessions) {
   expect_same_as(
-      {.session = [](const Reading& r) { return r.cycle < "c2" ? "morning" : "evening"; }});
+      {.session = [](const Reading& r) { return r.cycle < "c2" ? "morning" : "evening"; }},
+      GetParam().is_clear ? 0.01 : 0.03);
 }
 
 // An effect that no reading can show, and one that all could and none does.
