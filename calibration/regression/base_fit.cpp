@@ -549,11 +549,16 @@ class Problem {
 };
 
 void require_enough_values(const Problem& problem) {
-  if (problem.values() > problem.unknowns().size() || problem.unknowns().size() == 0) return;
+  // What is held, as design fixes it, needs no reading.
+  const auto& parameters = problem.unknowns().parameters();
+  const Index unknowns =
+      problem.unknowns().size() - std::count_if(parameters.begin(), parameters.end(),
+                                                [](const Parameter& p) { return p.is_held(); });
+  if (problem.values() > unknowns || unknowns == 0) return;
   throw common::NotIdentifiable(
       fmt::format("{} measured values for {} unknowns (parameters, zero offsets and frames) leave "
                   "nothing to judge the fit by. Measure more, or declare less uncertain.",
-                  problem.values(), problem.unknowns().size()));
+                  problem.values(), unknowns));
 }
 
 void require_bounded(const Problem& problem, const LeastSquaresResult& result) {
