@@ -141,7 +141,7 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
     // Two or three variants of a law stand for each other.
     constexpr std::size_t few = 3;
     const std::size_t usual = usual_values(candidate.effect, i, bare).size();
-    if (is_seen && usual > few) candidate.designs *= usual;
+    if (is_seen && usual > 0 && (parameter.is_order || usual > few)) candidate.designs *= usual;
   }
   if (kind->offsets_readings) candidate.designs = readings_named(*kind, scales);
   if (candidate.designs == 0) return std::nullopt;

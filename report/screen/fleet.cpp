@@ -21,14 +21,17 @@ std::string name_of_factor(const std::string& stiffness) {
 }
 
 void add_effect(const calibration::RecordedEffect& effect, std::vector<FleetValue>& values) {
-  for (std::size_t p = 0; p < effect.values.size() && p < effect.parameters.size(); ++p)
-    if (!std::isnan(effect.values[p]))
-      values.push_back({.name = fmt::format("{} of {}", effect.parameters[p].name, effect.name()),
-                        .unit = effect.parameters[p].unit,
-                        .value = effect.values[p],
-                        .deviation = p < effect.deviations.size()
-                                         ? effect.deviations[p]
-                                         : std::numeric_limits<double>::quiet_NaN()});
+  for (std::size_t p = 0; p < effect.values.size() && p < effect.parameters.size(); ++p) {
+    const double deviation = p < effect.deviations.size()
+                                 ? effect.deviations[p]
+                                 : std::numeric_limits<double>::quiet_NaN();
+    // What design fixes has none, and is no quantity.
+    if (std::isnan(effect.values[p]) || (p > 0 && std::isnan(deviation))) continue;
+    values.push_back({.name = fmt::format("{} of {}", effect.parameters[p].name, effect.name()),
+                      .unit = effect.parameters[p].unit,
+                      .value = effect.values[p],
+                      .deviation = deviation});
+  }
 }
 
 void add_estimate(const calibration::RecordedEstimate& one, std::vector<FleetValue>& values) {
@@ -133,6 +136,8 @@ std::vector<FleetValue> fleet_values(const vjm::Robot& robot) {
     for (Eigen::Index p = 0; p < effect.values.size(); ++p) {
       const vjm::EffectParameter& kind = effect.kind->parameters[static_cast<std::size_t>(p)];
       const bool angular = turns(effect, robot.without_effects());
+      // What design fixes is no quantity.
+      if (!(angular ? kind.usual_angular : kind.usual_linear).empty()) continue;
       values.push_back({.name = effect.name_of(p),
                         .unit = to_string(angular ? kind.angular : kind.linear),
                         .value = effect.values[p],
