@@ -118,6 +118,12 @@ struct Positions {
   }
 };
 
+// Of positions in left-handed axes.
+double mirrored_error(Positions positions) {
+  for (spatial::Vector3& m : positions.measured) m.z() = -m.z();
+  return positions.error(frame_between(positions.predicted, positions.measured));
+}
+
 // Positions that lie as predicted, but in another frame: of an instrument that stands elsewhere.
 std::string frame_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted) {
   constexpr double rest = 0.1;  // of the error, at most
@@ -131,10 +137,7 @@ std::string frame_error(const Campaign& campaign, const std::vector<Eigen::Vecto
   const double before = positions.error(spatial::Vector6::Zero());
   const double after = positions.error(frame_between(positions.predicted, positions.measured));
   if (!(before > far)) return {};
-  Positions mirrored = positions;
-  for (spatial::Vector3& m : mirrored.measured) m.z() = -m.z();
-  if (mirrored.error(frame_between(mirrored.predicted, mirrored.measured)) <
-      rest * std::min(before, after))
+  if (mirrored_error(positions) < rest * std::min(before, after))
     return "The measured positions lie as predicted in left-handed axes of the instrument: one of "
            "the columns of the position has the wrong sign, or two are exchanged. Check the order "
            "and signs of the columns.";
