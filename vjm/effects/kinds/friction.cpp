@@ -206,11 +206,9 @@ class Friction : public DryFriction {
     law =
         "F = force z, z = s(z' + u), u = (x - x') / presliding with z' and x' after the reading "
         "before; s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
-        "presliding "
-        "length; with 0 it is Coulomb's. With gradual = 1 it is Dahl's: z = 1 + (z' - 1) exp(-u) "
-        "on "
-        "the way up, z = -1 + (z' + 1) exp(u) on the way down. Before a cycle weight is put on "
-        "against friction, or with settled = 1 without it";
+        "presliding length; with 0 it is Coulomb's. With gradual = 1 it is Dahl's: z = 1 + (z' - "
+        "1) exp(-u) on the way up, z = -1 + (z' + 1) exp(u) on the way down. Before a cycle "
+        "weight is put on against friction, or with settled = 1 without it";
     source =
         "elasto-plastic friction: Jenkin (1922); Iwan, A distributed-element model for hysteresis, "
         "J. Appl. Mech. 33 (1966) 893, one element. Gradual: Dahl, A solid friction model, "
