@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/statistics/median.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -138,10 +139,8 @@ void leave_out_what_is_hardly_seen(std::vector<JointCurvePoint>& points) {
   std::vector<double> deviations;
   deviations.reserve(points.size());
   for (const JointCurvePoint& p : points) deviations.push_back(p.deviation);
-  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
-  std::nth_element(deviations.begin(), middle, deviations.end());
-  std::erase_if(
-      points, [limit = hardly * *middle](const JointCurvePoint& p) { return p.deviation > limit; });
+  std::erase_if(points, [limit = hardly * upper_median(std::move(deviations))](
+                            const JointCurvePoint& p) { return p.deviation > limit; });
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "kinetostat/calibration/design/plan_choice.h"
 #include "kinetostat/calibration/regression/campaign_noise.h"
 #include "kinetostat/calibration/search/ranking.h"
+#include "kinetostat/calibration/statistics/median.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/parallel.h"
 
@@ -33,8 +34,7 @@ VectorXd usual_noise(const Campaign& campaign, const Noise& noise) {
     for (std::size_t i = 0; i < campaign.readings.size(); ++i)
       if (campaign.readings[i].uses(k)) all.push_back(noise.sigma[i][k]);
     if (all.empty()) continue;
-    std::nth_element(all.begin(), all.begin() + std::ssize(all) / 2, all.end());
-    sigma[k] = all[all.size() / 2];
+    sigma[k] = upper_median(std::move(all));
   }
   return sigma;
 }

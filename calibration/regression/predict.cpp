@@ -17,6 +17,7 @@
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/instrument_lag.h"
 #include "kinetostat/calibration/regression/reading_offsets.h"
+#include "kinetostat/calibration/statistics/median.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/faults.h"
 #include "kinetostat/common/parallel.h"
@@ -244,22 +245,21 @@ vjm::TemperaturePast past_of(const std::map<std::size_t, vjm::TemperaturePast>& 
   return past;
 }
 
-// How long before the first reading of a load cycle, at the times of `of`, its state without load
-// was read [s]: where that is no reading of its own, about as long as from one to the next.
-double zeroed_before(const Campaign& campaign, const Cycle& cycle,
-                     const std::vector<vjm::Conditions>& of) {
+// When the state without load of a load cycle was read, in the times of `of` [s]: where that is no
+// reading of its own, about as long before the first one as it is from one to the next.
+double zeroed_at(const Campaign& campaign, const Cycle& cycle,
+                 const std::vector<vjm::Conditions>& of) {
   const auto earlier = [&](std::size_t a, std::size_t b) { return of[a].time < of[b].time; };
   Cycle by_time = cycle;
   std::stable_sort(by_time.begin(), by_time.end(), earlier);
+  const double first = of[by_time.front()].time;
   const bool is_there = level_of(campaign.readings[by_time.front()].load) == 0;
   if (campaign.displacement == DisplacementKind::absolute || is_there || by_time.size() < 2)
-    return 0;
+    return first;
   std::vector<double> intervals;
   for (std::size_t k = 1; k < by_time.size(); ++k)
     intervals.push_back(of[by_time[k]].time - of[by_time[k - 1]].time);
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+  return first - upper_median(std::move(intervals));
 }
 
 std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
@@ -287,12 +287,8 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
     }
   }
   for (const Cycle& cycle : all_cycles(campaign)) {
-    double begin = 0;
-    if (!campaign.readings[cycle.front()].cycle.empty()) {
-      begin = result[cycle.front()].time;
-      for (const std::size_t i : cycle) begin = std::min(begin, result[i].time);
-      begin -= zeroed_before(campaign, cycle, result);
-    }
+    const bool is_cycle = !campaign.readings[cycle.front()].cycle.empty();
+    const double begin = is_cycle ? zeroed_at(campaign, cycle, result) : 0;
     for (const std::size_t i : cycle) result[i].time_in_cycle = result[i].time - begin;
   }
   for (const Cycle& stretch : histories_of(campaign))

@@ -16,6 +16,7 @@
 #include "kinetostat/calibration/search/fit_record.h"
 #include "kinetostat/calibration/search/placement.h"
 #include "kinetostat/calibration/search/usual_values.h"
+#include "kinetostat/calibration/statistics/median.h"
 #include "kinetostat/common/error.h"
 
 namespace kinetostat::calibration {
@@ -98,9 +99,7 @@ double usual_interval(const Campaign& campaign) {
       if (now && before) intervals.push_back(*now - *before);
     }
   if (intervals.empty()) return 0;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+  return upper_median(std::move(intervals));
 }
 
 // A time over which an effect comes or goes: readings farther apart do not determine it. One that
