@@ -52,23 +52,6 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
   }
 }
 
-// Log evidence of all effects that were found over that of the unmodelled smooth error in their
-// place. With independent noise: the residual of a wrong effect looks like correlated noise.
-double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone,
-                       const BaseFit& together, const FreeForm& free_form, const Diagnosis& d,
-                       FreeFormEvidence& instead) {
-  const double exponent = std::max(common_exponent(without, alone), exponent_of(together));
-  instead = free_form.evidence({-without.at.residual, without.at.jacobian}, exponent);
-  double prior = 0;
-  bool is_usual = true;
-  for (const FoundEffect& found : d.found) {
-    prior += found.log_prior;
-    is_usual &= found.times_usual <= unusual;
-  }
-  return evidence(together, exponent, is_usual ? Sizes::usual : Sizes::any).log + prior -
-         evidence(without, exponent).log - instead.log;
-}
-
 // Whether there is something more beside all that was found: of the round that looked for it.
 void take_rest(Diagnosis& d) {
   std::vector<std::string> names;
@@ -293,8 +276,7 @@ void take_growth(const Search& search, const Noise& noise, Growth& growth, Diagn
   const Model& model = growth.model;
   d.after = test_of(model.fit, noise);
   if (!d.found.empty()) {
-    d.above_free_form =
-        above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
+    d.above_free_form = above_free_form(model, d.found, search, d.free_form);
     take_rest(d);
     d.or_something_else = (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||
                           d.is_left_open() || d.predicts_no_better();

@@ -78,15 +78,15 @@ double law_error_like(const std::vector<FoundEffect>& found, const DiagnosisStep
 }
 
 Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
-  if (step.max_score.p_value > significance_level || step.indistinguishable.empty() ||
-      is_absurd(step))
+  if (step.max_score.p_value > significance_level || step.indistinguishable.empty())
     return Finding::nothing;
   const RankedCandidate& best = step.ranking[0];
   const double more_probable = best.fit->log_evidence - step.log_evidence_without;
   const bool probable = more_probable > doubtful;
   const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation ||
                         (is_one_more_offset(best.candidate, found) && more_probable > 3 * doubtful);
-  if (step.beside.empty()) return predicts || probable ? Finding::effect : Finding::nothing;
+  const Finding what = is_absurd(step) ? Finding::part : Finding::effect;
+  if (step.beside.empty()) return predicts || probable ? what : Finding::nothing;
   // A rest that comes and goes slowly is taken for noise of that kind by the test, and not by the
   // evidence, which lets the noise be either with the effect and without.
   const bool excludes_noise = step.takes_rest_for_noise && more_probable > 3 * doubtful;
@@ -94,7 +94,7 @@ Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found
   if (!predicts || !probable || best.fit->discriminability < discriminable_from ||
       best.fit->discriminability < law_error_like(found, step))
     return Finding::nothing;
-  return step.free_form_probability < 0.5 ? Finding::effect : Finding::part;
+  return step.free_form_probability < 0.5 ? what : Finding::part;
 }
 
 FoundEffect found_effect(const DiagnosisStep& step) {

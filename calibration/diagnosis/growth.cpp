@@ -41,18 +41,6 @@ bool is_determined(const Candidate& candidate, const FittedValues& fitted) {
   return false;
 }
 
-std::optional<Revision> without_undetermined(const CandidateFitter& fitter, const Model& model,
-                                             common::Progress& progress) {
-  const std::vector<FittedValues> fitted = fitted_values(model.fit, model.present);
-  for (std::size_t k = 0; k < model.present.size() && model.present.size() > 1; ++k) {
-    if (is_determined(model.present[k], fitted[k])) continue;
-    const std::vector<Candidate> others = all_but(model.present, k);
-    if (auto without = fit_if_possible(fitter, others, model.fit, progress))
-      return Revision{k, *std::move(without)};
-  }
-  return std::nullopt;
-}
-
 class Grower {
  public:
   Grower(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,
@@ -62,7 +50,8 @@ class Grower {
   }
 
   // Until nothing more is found. The signatures of the first round are there. Parts of what is
-  // missing stay where all of them together leave nothing. Whether anything was added.
+  // missing stay where all of them together leave nothing, and one of an absurd size only beside
+  // others. Whether anything was added.
   bool add_effects() {
     const std::size_t before = found_.size();
     std::size_t whole = before;  // so many of those found, the last of which is no part
@@ -83,13 +72,28 @@ class Grower {
       model_.present.back().effect.values = step.ranking[0].fit->values;
       found_.push_back(found_effect(step));
     }
-    if (whole < found_.size() && leaves_something()) keep_first(whole);
+    const bool is_absurd_alone = whole == 0 && found_.size() == 1 && is_absurd(grown_.steps[0]);
+    if (whole < found_.size() && (is_absurd_alone || leaves_something())) keep_first(whole);
     return found_.size() > before;
   }
 
   bool may_hide_a_pair() const {
     return found_.empty() && grown_.steps[0].max_score.p_value > significance_level &&
            options_.most_effects > 1;
+  }
+
+  // The best of the first round may stand for several, and be none of them: another one may be.
+  void start_again() {
+    if (found_.empty() || options_.most_effects < 2 || is_above_smooth_error()) return;
+    const Model model = model_;
+    const std::vector<FoundEffect> found = found_;
+    const std::size_t steps = grown_.steps.size();
+    for (const DiagnosisStep& first : other_starts()) {
+      if (grows_from(first) && explains_all()) return;
+      model_ = model;
+      found_ = found;
+      grown_.steps.resize(steps);
+    }
   }
 
   // Two effects that hide one another: neither passes alone, each does beside the other.
@@ -166,11 +170,59 @@ class Grower {
   // An unmodelled smooth error beside all that was found is more likely than none.
   bool leaves_something() const { return smooth_error_beside(model_.fit, search_).log > 0; }
 
+  // Several effects, each of them more likely than an unmodelled smooth error, and all together.
+  bool explains_all() const {
+    return found_.size() > 1 && is_above_smooth_error() && !leaves_something() &&
+           std::all_of(found_.begin(), found_.end(),
+                       [](const FoundEffect& f) { return f.decision.unexplained < 0.5; });
+  }
+
+  // Or there is nothing that one could explain.
+  bool is_above_smooth_error() const {
+    FreeFormEvidence instead;
+    return above_free_form(model_, found_, search_, instead) >= beaten_by_free_form;
+  }
+
+  // From the best of `first` alone; false where that has no fit.
+  bool grows_from(const DiagnosisStep& first) {
+    Candidate start = first.ranking[0].candidate;
+    start.effect.values = first.ranking[0].fit->values;
+    std::optional<BaseFit> fit = fit_if_possible(fitter_, {start}, model_.without, progress_);
+    if (!fit) return false;
+    model_.present = {start};
+    model_.fit = *fit;
+    model_.stages = {std::move(fit)};
+    found_ = {found_effect(first)};
+    add_effects();
+    eliminate_and_add();
+    return true;
+  }
+
+  // The first round, with each in front that is more significant than what was found there.
+  std::vector<DiagnosisStep> other_starts() const {
+    constexpr std::size_t most = 2;
+    std::vector<DiagnosisStep> starts;
+    const DiagnosisStep& first = grown_.steps[0];
+    for (std::size_t c = 1; c < first.ranking.size(); ++c) {
+      const RankedCandidate& other = first.ranking[c];
+      if (!other.fit || other.significance <= first.ranking[0].significance) continue;
+      starts.push_back(first);
+      std::rotate(starts.back().ranking.begin(),
+                  starts.back().ranking.begin() + static_cast<std::ptrdiff_t>(c),
+                  starts.back().ranking.begin() + static_cast<std::ptrdiff_t>(c) + 1);
+    }
+    std::stable_sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) {
+      return a.ranking[0].significance > b.ranking[0].significance;
+    });
+    starts.resize(std::min(starts.size(), most));
+    return starts;
+  }
+
   void keep_first(std::size_t count) {
     model_.present.erase(model_.present.begin() + static_cast<std::ptrdiff_t>(count),
                          model_.present.end());
     model_.stages.resize(count);
-    model_.fit = *model_.stages.back();
+    model_.fit = count == 0 ? model_.without : *model_.stages.back();
     found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(count), found_.end());
   }
 
@@ -217,7 +269,7 @@ class Grower {
   // With all of them in the model each must still be needed, and the best in its place: of the
   // first `count`.
   std::optional<Revision> weigh_again(std::size_t count) {
-    if (auto smaller = without_undetermined(fitter_, model_, progress_)) return smaller;
+    if (auto smaller = without_undetermined()) return smaller;
     for (std::size_t k = 0; k < count; ++k) {
       const std::vector<Candidate> others = all_but(model_.present, k);
       std::optional<BaseFit> without_it = fit_if_possible(fitter_, others, model_.fit, progress_);
@@ -236,6 +288,18 @@ class Grower {
       if (needed) confirm(step, found_[k]);
       grown_.steps.push_back(std::move(step));
       if (!needed) return Revision{k, *std::move(without_it)};
+    }
+    return std::nullopt;
+  }
+
+  // Values that only together are known, as those of a spring and its arms, may still be needed.
+  std::optional<Revision> without_undetermined() const {
+    const std::vector<FittedValues> fitted = fitted_values(model_.fit, model_.present);
+    for (std::size_t k = 0; k < model_.present.size() && model_.present.size() > 1; ++k) {
+      if (is_determined(model_.present[k], fitted[k])) continue;
+      auto without_it = fit_if_possible(fitter_, all_but(model_.present, k), model_.fit, progress_);
+      if (without_it && !is_far_more_probable_than(*without_it))
+        return Revision{k, *std::move(without_it)};
     }
     return std::nullopt;
   }
@@ -300,6 +364,21 @@ std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
   return if_possible([&] { return fitter.fit(added, &start, progress); });
 }
 
+double above_free_form(const Model& model, const std::vector<FoundEffect>& found,
+                       const Search& search, FreeFormEvidence& instead) {
+  const BaseFit& without = model.without;
+  const double exponent = std::max(common_exponent(without, model.alone), exponent_of(model.fit));
+  instead = search.free_form().evidence({-without.at.residual, without.at.jacobian}, exponent);
+  double prior = 0;
+  bool is_usual = true;
+  for (const FoundEffect& one : found) {
+    prior += one.log_prior;
+    is_usual &= one.times_usual <= unusual;
+  }
+  return evidence(model.fit, exponent, is_usual ? Sizes::usual : Sizes::any).log + prior -
+         evidence(without, exponent).log - instead.log;
+}
+
 FreeFormEvidence smooth_error_beside(const BaseFit& fit, const Search& search) {
   FreeFormEvidence left =
       search.free_form().evidence({-fit.at.residual, fit.at.jacobian}, exponent_of(fit));
@@ -315,6 +394,7 @@ Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& se
     grower.find_masked_pair();
   else
     grower.eliminate_and_add();
+  grower.start_again();
   grower.give_up_doubted();
   Growth grown = std::move(grower).result();
   if (grown.model.present.size() > 1)

@@ -31,11 +31,19 @@ struct Growth {
 /// Adds the best effect of each round as long as one is found (found_effect.h), or a part of what
 /// is missing where all of them leave nothing; where none is, looks for two that hide one another;
 /// then weighs each of several again beside the others: one that is not needed is dropped, one that
-/// is fitted better by something else gives way, and more may be added after that. One that
-/// is left alone, and less probable than that nothing is missing, is given up. `fit`: of the model
-/// without anything added, for which `search` has been screened.
+/// is fitted better by something else gives way, and more may be added after that. Where an
+/// unmodelled smooth error is then more probable than what was found, the rounds start again from
+/// the most significant others of the first. One that is left alone, and less probable than that
+/// nothing is missing, is given up. `fit`: of the model without anything added, for which
+/// `search` has been screened.
 Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,
             const DiagnosisOptions& options, const BaseFit& fit, common::Progress& progress);
+
+/// Log evidence of all effects that were found over that of the unmodelled smooth error in their
+/// place, which is put into `instead`. With independent noise: the residual of a wrong effect looks
+/// like correlated noise.
+double above_free_form(const Model& model, const std::vector<FoundEffect>& found,
+                       const Search& search, FreeFormEvidence& instead);
 
 /// Log evidence of an unmodelled smooth error beside a fitted model, whose noise may be correlated.
 FreeFormEvidence smooth_error_beside(const BaseFit& fit, const Search& search);
