@@ -271,8 +271,8 @@ std::filesystem::path find_helper(const std::string& name) {
   if (!program.empty())  // or the folders below would be those of whoever calls
     folders = {program.parent_path(),
                program.parent_path().parent_path() / "libexec" / "kinetostat"};
-  if (const std::filesystem::path library = own_library(); !library.empty())
-    folders.push_back(library.parent_path().parent_path().parent_path());
+  if (const std::filesystem::path library = own_library().parent_path(); !library.empty())
+    folders.insert(folders.end(), {library, library.parent_path().parent_path()});
   folders.emplace_back(KINETOSTAT_LIBEXEC_DIR);
   for (const std::filesystem::path& folder : folders)
     if (std::filesystem::exists(folder / name, ignored)) return folder / name;

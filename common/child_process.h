@@ -47,8 +47,9 @@ struct ChildCall {
 
 /// Where a helper program of this name is: beside the running program, else in
 /// ../libexec/kinetostat from there (an installation may be moved), else, for Python, which runs
-/// another program, two folders above the library with this code, which is the build folder of
-/// python/kinetostat/_core.so; else in the folder that was fixed when kinetostat was configured.
+/// another program, beside the library with this code, as a wheel has them, or two folders above
+/// it, which is the build folder of python/kinetostat/_core.so; else in the folder that was fixed
+/// when kinetostat was configured.
 /// Empty when in none.
 std::filesystem::path find_helper(const std::string& name);
 

@@ -585,10 +585,34 @@ class Wheel(unittest.TestCase):
                 made = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).decode().rstrip("=")
                 self.assertEqual((digest, size), ("sha256=" + made, str(len(content))))
             archive.extractall(folder)
+            helpers = [one for one in archive.namelist() if one.startswith("kinetostat/kinetostat-")]
+            self.assertIn("kinetostat/kinetostat-tetgen", helpers)
+            for helper in helpers:
+                self.assertEqual(archive.getinfo(helper).external_attr >> 16, 0o100755)
+                os.chmod(os.path.join(folder, helper), 0o755)  # as pip does, where extractall() does not
             code = "import kinetostat; print(kinetostat.__version__)"
             said = subprocess.run([sys.executable, "-c", code], cwd=folder, env={"PYTHONPATH": folder}, text=True, stdout=subprocess.PIPE)
             self.assertEqual(said.stdout, name.split("-")[1] + "\n")
+            self.check_identifies(folder)
             self.assertIn(f"Version: {ks.__version__}", archive.read(info.replace("RECORD", "METADATA")).decode())
+
+
+    def check_identifies(self, folder):
+        """By the helper programs beside the library: the program is not on the path, nor installed."""
+        joint = '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/><origin xyz="{} 0 0"/><axis xyz="1 0 0"/></joint>'
+        corners = [(x, y, z) for x in (0, 0.2) for y in (-0.02, 0.02) for z in (-0.02, 0.02)]
+        faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+        mesh = "".join("v {} {} {}\n".format(*corner) for corner in corners)
+        mesh += "".join("f {} {} {}\nf {} {} {}\n".format(*(1 + f[i] for i in (0, 1, 2, 0, 2, 3))) for f in faces)
+        pathlib.Path(folder, "bar.obj").write_text(mesh)
+        pathlib.Path(folder, "bar.urdf").write_text(
+            '<robot name="bar"><link name="base"/><link name="hand"/><link name="bar"><visual><geometry><mesh filename="bar.obj"/></geometry>'
+            "</visual></link>" + joint.format("one", "base", "bar", 0) + joint.format("two", "bar", "hand", 0.2) + "</robot>")
+        code = """import kinetostat
+robot = kinetostat.Robot.from_urdf("bar.urdf", 5e4, identify=True, material="steel", accuracy="20 %", out="bar.yaml")
+print(robot.compliance().array[0, 0] > 0)"""
+        said = subprocess.run([sys.executable, "-c", code], cwd=folder, env={"PYTHONPATH": folder}, text=True, capture_output=True)
+        self.assertEqual(said.stdout, "True\n", said.stderr)
 
 
 def strip_types(signature):
