@@ -77,11 +77,12 @@ std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<VectorX
   }
   std::vector<Datum> datums;
   for (const auto& [key, readings] : counted) {
-    if (readings.size() < 2) continue;
     VectorXd deviation = usual_sigma(readings, sigma);
+    // One reading alone shares its datum with none: what is usual is taken for part of its noise.
+    if (readings.size() == 1) deviation.setZero();
     for (Index k = 0; k < deviation.size(); ++k)
       if (!std::isnan(campaign.datum_noise[k])) deviation[k] = campaign.datum_noise[k];
-    datums.push_back({readings, deviation});
+    if (readings.size() > 1 || !deviation.isZero(0)) datums.push_back({readings, deviation});
   }
   return datums;
 }

@@ -98,11 +98,11 @@ class Posterior {
     const Hypothesis best = hypotheses_.front();
     for (std::size_t c = 0; c < step_.ranking.size(); ++c) {
       const RankedCandidate& ranked = step_.ranking[c];
-      if (ranked.fit || !ranked.confounded) continue;
+      if (ranked.fit || !ranked.falls_short) continue;
       hypotheses_.push_back(
           {.family = family_of(*ranked.candidate.effect.kind),
            .place = ranked.candidate.effect.at,
-           .log_weight = best.log_weight - rules_.exponent * ranked.falls_short / 2,
+           .log_weight = best.log_weight - rules_.exponent * *ranked.falls_short / 2,
            .ranked = &ranked,
            .candidate = c});
     }

@@ -69,9 +69,9 @@ struct RankedCandidate {
   double significance = 0;        // -ln p of its score
   std::string unobservable;       // why these readings cannot show it; empty when they can
   std::optional<CandidateFit> fit;
-  bool confounded = false;  // not fitted, yet confounded with the best
-  double falls_short = 0;   // then: squared error that it leaves beyond the best's, at least
-  std::string not_fitted;   // why there is no fit of a candidate that passed the screen
+  /// Not fitted, yet confounded with the best: squared error that it leaves beyond that, at least.
+  std::optional<double> falls_short = {};
+  std::string not_fitted;  // why there is no fit of a candidate that passed the screen
   /// Not fitted: others leave nothing but noise, and it promises to leave far more. The odds
   /// against it are more than 10^12.
   bool is_hopeless = false;

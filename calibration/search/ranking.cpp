@@ -148,7 +148,7 @@ std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
   set.push_back(0);
   for (std::size_t i = 1; i < step.ranking.size(); ++i) {
     const RankedCandidate& ranked = step.ranking[i];
-    const bool imitates = ranked.confounded && ranked.falls_short < 2 * doubtful;
+    const bool imitates = ranked.falls_short.value_or(2 * doubtful) < 2 * doubtful;
     if (imitates || (ranked.fit && leaves_open(step, step.ranking[0], ranked))) set.push_back(i);
   }
   return set;

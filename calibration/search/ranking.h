@@ -43,8 +43,8 @@ bool are_laws_of_one_joint(const Candidate& a, const Candidate& b);
 ///   L_b - L_c < 4.6,   or   d'_c < l and |r_c|^2 - |r_b|^2 < l^2,   l = 4
 ///
 /// For two laws of one joint l^2 = 4^2 + (0.1 d'_b)^2; and where b is at the end of its range, each
-/// relative remains that explains more than half as much. Candidates that are `confounded` remain,
-/// too, where they may explain as much to 9.2.
+/// relative remains that explains more than half as much. Candidates that are confounded with the
+/// best remain, too, where they may explain as much to 9.2.
 void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits);
 
 }  // namespace kinetostat::calibration

@@ -727,8 +727,7 @@ void Search::find_confounded(const BaseFit& without, const BaseFit& best,
         left_beside(columns, one_sided_columns(ranked.candidate, fitter_.bare()), signature);
     if (!(left < discriminable_from)) continue;
     const double short_of = std::max(0.0, explained - part * part);
-    ranked.falls_short = ranked.confounded ? std::min(ranked.falls_short, short_of) : short_of;
-    ranked.confounded = true;
+    ranked.falls_short = std::min(ranked.falls_short.value_or(short_of), short_of);
   }
 }
 

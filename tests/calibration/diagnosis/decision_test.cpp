@@ -328,7 +328,7 @@ TEST(Decision, ADiscrepancyOverTimeCountsForDrift) {
 TEST(Decision, WhatImitatesTheBestCountsAsItDoes) {
   RankedCandidate imitator = fitted("friction", "q2", 0);
   imitator.fit.reset();
-  imitator.confounded = true;
+  imitator.falls_short = 0;
   const Decision same_class = decide(round_of({fitted("friction", "q1", 0), imitator}));
   ASSERT_TRUE(same_class.is_identified);
   EXPECT_THAT(same_class.answers[0].places, ElementsAre("q1", "q2"));
@@ -341,7 +341,6 @@ TEST(Decision, WhatImitatesTheBestCountsAsItDoes) {
 TEST(Decision, WhatImitatesInPartCountsForLess) {
   RankedCandidate imitator = fitted("creep", "q2", 0);
   imitator.fit.reset();
-  imitator.confounded = true;
   imitator.falls_short = 4;
   const double exponent = DecisionRules().exponent;
   const Decision d = decide(round_of({fitted("friction", "q1", 0), imitator}));
