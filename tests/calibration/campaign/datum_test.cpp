@@ -143,15 +143,14 @@ TEST(Datum, CountsForOneReadingWhereItIsStated) {
   EXPECT_TRUE(noise_of(campaign, {}).datums.empty());
   campaign.datum_noise.setConstant(7e-6);
   const Noise noise = noise_of(campaign, {});
-  ASSERT_EQ(noise.datums.size(), campaign.readings.size() - 1);  // without the unloaded one
+  ASSERT_EQ(noise.datums.size(), campaign.readings.size());
   EXPECT_DOUBLE_EQ(noise.datums[0].sigma[0], 7e-6);
   const std::vector<Value> values = {{3, 0}, {3, 2}};
   const SharedNoise shared(noise, values);
   MatrixXd rows = MatrixXd::Identity(2, 2);
   shared.restore(rows);
   const Vector6& own = campaign.readings[3].sigma;
-  for (const int k : {0, 1})
-    EXPECT_NEAR(rows(k, k), std::hypot(1, 7e-6 / own[2 * k]), 1e-12);
+  for (const int k : {0, 1}) EXPECT_NEAR(rows(k, k), std::hypot(1, 7e-6 / own[2 * k]), 1e-12);
 }
 
 TEST(Datum, IsNoScatterOfRepeatedReadings) {
