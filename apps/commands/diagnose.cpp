@@ -82,6 +82,12 @@ void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
   run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
 }
 
+// None of the catalogue is missing, and noise as stated would hardly leave as much.
+bool leaves_misfit(const calibration::Diagnosis& diagnosis) {
+  return diagnosis.verdict == calibration::Verdict::none_needed && diagnosis.before &&
+         diagnosis.before->p_value <= calibration::certain_level;
+}
+
 // What to do with the verdict.
 std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& robot,
                             const calibration::Diagnosis& diagnosis, const Run& run) {
@@ -102,6 +108,9 @@ std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& ro
       return report::next_step("kinetostat compare " + files + " --html compare.html",
                                "what does the rest of the error depend on?");
     default:
+      if (leaves_misfit(diagnosis))
+        return report::next_step("kinetostat compare " + files + " --html compare.html",
+                                 "what does the error depend on?");
       return report::next_step(fmt::format("kinetostat plan {}{} -o next.csv", files,
                                            file.empty() ? "" : " --diagnosis " + file),
                                "what to read next");

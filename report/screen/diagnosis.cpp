@@ -270,10 +270,17 @@ std::string nothing_in_words(const vjm::Robot& robot, const Diagnosis& d) {
         short_percent(d.doubted->decision.nothing),
         with_probability(robot, d.doubted->decision.answers.front()));
   const auto& test = d.after ? d.after : d.before;
-  return fmt::format("Nothing is missing: {}no effect of the catalogue explains more.",
-                     test ? fmt::format("the error of the fitted model is {} times the noise, and ",
-                                        times(std::sqrt(test->reduced())))
-                          : "");
+  if (!test) return "Nothing is missing: no effect of the catalogue explains more.";
+  const std::string error = times(std::sqrt(test->reduced()));
+  if (test->p_value <= calibration::certain_level)
+    return fmt::format(
+        "Nothing that the catalogue holds is missing, but the error of the fitted model is {} "
+        "times the noise.",
+        error);
+  return fmt::format(
+      "Nothing is missing: the error of the fitted model is {} times the noise, and no effect of "
+      "the catalogue explains more.",
+      error);
 }
 
 // The round in which the first effect competed beside all the others.
