@@ -21,8 +21,8 @@ class JointCoupling : public EffectKind {
     acts_on_joint_alone = true;
     summary = "a joint that turns along when a drive before it does: gears of a wrist, belts";
     law =
-        "rest value = u + ratio (v - home of v), v the command of the drive before it, or of the "
-        "one before that with drives_back = 2";
+        "rest value = u + ratio (v - home of v), v the command of the drive before it that turns, "
+        "or of the one before that with drives_back = 2";
     source =
         "coupled wrist joints: Mooring, Roth and Driels, Fundamentals of Manipulator "
         "Calibration, Wiley 1991";
@@ -64,8 +64,8 @@ class JointCoupling : public EffectKind {
  private:
   enum Value { ratio, drives_back };
 
-  // The drive that many drives before it. A slide that moves along with another one is not square
-  // to it, which is a geometric error.
+  // The drive that many drives before it, of those that turn. A slide that moves along with another
+  // one is not square to it, which is a geometric error.
   static Index leader_of(const Chain& chain, Index k, double back) {
     const auto& coordinates = chain.coordinates();
     const auto turns = [&](Index i) {
@@ -73,13 +73,12 @@ class JointCoupling : public EffectKind {
     };
     if (back != std::round(back))
       throw std::invalid_argument(
-          "'drives_back' counts drives: 1, the one before the joint, 2, ...");
+          "'drives_back' counts drives that turn: 1, the one before the joint, 2, ...");
     double passed = 0;
-    for (Index i = k - 1; turns(k) && i >= 0; --i)
-      if (coordinates[static_cast<std::size_t>(i)].role == Role::actuated && ++passed == back) {
-        if (turns(i)) return i;
-        break;
-      }
+    for (Index i = k - 1; turns(k) && i >= 0; --i) {
+      const bool is_drive = coordinates[static_cast<std::size_t>(i)].role == Role::actuated;
+      if (is_drive && turns(i) && ++passed == back) return i;
+    }
     throw std::invalid_argument(
         fmt::format("joint '{}' of chain '{}' does not turn behind {} that turns",
                     coordinates[static_cast<std::size_t>(k)].name, chain.name(),

@@ -94,7 +94,8 @@ Kind platform_compliance() {
   kind->name = "platform_compliance";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "flange, platform or tool yields where a chain ends, the same in all directions";
-  kind->law = "u = translation F, turn = rotation M, behind the last joint or link of the chain";
+  kind->law =
+      "u = translation F, turn = rotation M, behind the last joint or elastic link of the chain";
   kind->source = "a six-dimensional spring at the end of the chain: MMT11 section 2";
   kind->signature = "the same compliance in platform axes at every posture";
   kind->confuser = "link_compliance of the last link";
