@@ -27,8 +27,7 @@
 namespace kinetostat::calibration {
 namespace {
 
-constexpr double level_of_rest = 0.005;  // of a rest that no effect explains
-constexpr double most_outliers = 0.04;   // of all values: more are something that is not known
+constexpr double most_outliers = 0.04;  // of all values: more are something that is not known
 
 // Where no load is taken back or reversed, friction only takes up a part of the load, as a gap
 // takes up a part of the way; the details of either law are no evidence.
@@ -54,17 +53,10 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
 
 // Whether there is something more beside all that was found: of the round that looked for it.
 void take_rest(Diagnosis& d) {
-  std::vector<std::string> names;
-  for (const FoundEffect& found : d.found) names.push_back(found.candidate.name());
-  const auto step = std::find_if(d.steps.begin(), d.steps.end(), [&](const DiagnosisStep& s) {
-    return std::is_permutation(s.beside.begin(), s.beside.end(), names.begin(), names.end());
-  });
-  if (step == d.steps.end()) return;
+  const DiagnosisStep* step = round_beside(d.found, d.steps);
+  if (step == nullptr) return;
   d.rest_p_value = step->max_score.p_value;
-  if (step->ranking.empty() || !step->ranking[0].fit) return;
-  const RankedCandidate& best = step->ranking[0];
-  if (best.fit->discriminability < law_error_like(d.found, *step))
-    d.rest_of_laws = best.candidate.name();
+  if (is_rest_of_laws(d.found, *step)) d.rest_of_laws = step->ranking[0].candidate.name();
 }
 
 // Values and deviations of all that was found, from the fit that has all of it.

@@ -49,6 +49,13 @@ bool are_of_one_series(const Candidate& a, const Candidate& b) {
   return a.name() == b.name() && is_of_series(*a.effect.kind);
 }
 
+// Two to one: of laws of one answer the likeliest is named.
+constexpr double noticeable = 0.7;
+
+bool are_laws_of_one_answer(const Candidate& a, const Candidate& b) {
+  return a.effect.at == b.effect.at && family_of(*a.effect.kind) == family_of(*b.effect.kind);
+}
+
 }  // namespace
 
 // The larger it is, the more it has to explain.
@@ -97,6 +104,22 @@ Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found
   return step.free_form_probability < 0.5 ? what : Finding::part;
 }
 
+const DiagnosisStep* round_beside(const std::vector<FoundEffect>& found,
+                                  const std::vector<DiagnosisStep>& steps) {
+  std::vector<std::string> names;
+  names.reserve(found.size());
+  for (const FoundEffect& one : found) names.push_back(one.candidate.name());
+  const auto own = std::find_if(steps.rbegin(), steps.rend(), [&](const DiagnosisStep& step) {
+    return std::is_permutation(step.beside.begin(), step.beside.end(), names.begin(), names.end());
+  });
+  return own == steps.rend() ? nullptr : &*own;
+}
+
+bool is_rest_of_laws(const std::vector<FoundEffect>& found, const DiagnosisStep& step) {
+  return !step.ranking.empty() && step.ranking[0].fit &&
+         step.ranking[0].fit->discriminability < law_error_like(found, step);
+}
+
 FoundEffect found_effect(const DiagnosisStep& step) {
   const RankedCandidate& best = step.ranking[0];
   FoundEffect found{.candidate = best.candidate,
@@ -136,9 +159,11 @@ bool is_replaced(const DiagnosisStep& step, const FoundEffect& found, double squ
   const CandidateFit& best = *step.ranking[0].fit;
   const CandidateFit* own = fit_of(step, found);
   if (own == nullptr) return squared_error - best.squared_error > 2 * doubtful;
-  return best.log_evidence - own->log_evidence > doubtful &&
-         (best.squared_error < own->squared_error ||
-          best.degrees_of_freedom > own->degrees_of_freedom);
+  const double likelier = best.log_evidence - own->log_evidence;
+  if (are_laws_of_one_answer(step.ranking[0].candidate, found.candidate))
+    return likelier > noticeable;
+  return likelier > doubtful && (best.squared_error < own->squared_error ||
+                                 best.degrees_of_freedom > own->degrees_of_freedom);
 }
 
 }  // namespace kinetostat::calibration

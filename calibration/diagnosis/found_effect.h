@@ -10,6 +10,8 @@ namespace kinetostat::calibration {
 
 inline constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect
 
+inline constexpr double level_of_rest = 0.005;  // of a rest that no effect explains
+
 /// An effect that was found.
 struct FoundEffect {
   Candidate candidate;  // with the fitted values
@@ -47,12 +49,19 @@ bool is_absurd(const DiagnosisStep& step);
 /// that acts on other readings by no more than that share of what they have in common (Hoelder).
 double law_error_like(const std::vector<FoundEffect>& found, const DiagnosisStep& step);
 
+/// The last round beside all that was found; null where there was none.
+const DiagnosisStep* round_beside(const std::vector<FoundEffect>& found,
+                                  const std::vector<DiagnosisStep>& steps);
+/// Its best is no more than what the laws of those that were found may get wrong.
+bool is_rest_of_laws(const std::vector<FoundEffect>& found, const DiagnosisStep& step);
+
 /// The best of a round.
 FoundEffect found_effect(const DiagnosisStep& step);
 /// What a round beside all the other effects says of one that was found earlier; where it was not
 /// fitted there, what was decided before stands.
 void confirm(const DiagnosisStep& step, FoundEffect& found);
-/// Something fits better beside the others than the one that was found, and is decidedly likelier.
+/// Something fits better beside the others than the one that was found, and is decidedly likelier,
+/// or likelier at all where it is another law of the same answer.
 /// `squared_error`: of the model with it, for the round may not have fitted it.
 bool is_replaced(const DiagnosisStep& step, const FoundEffect& found, double squared_error);
 /// The fit of one that was found, in a round; none where it was not fitted there.

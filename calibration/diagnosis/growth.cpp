@@ -84,12 +84,13 @@ class Grower {
 
   // The best of the first round may stand for several, and be none of them: another one may be.
   void start_again() {
-    if (found_.empty() || options_.most_effects < 2 || is_above_smooth_error()) return;
+    if (found_.empty() || options_.most_effects < 2) return;
+    if (is_above_smooth_error() && !leaves_rest()) return;
     const Model model = model_;
     const std::vector<FoundEffect> found = found_;
     const std::size_t steps = grown_.steps.size();
     for (const DiagnosisStep& first : other_starts()) {
-      if (grows_from(first) && explains_all()) return;
+      if (grows_from(first) && explains_all() && log_odds_over(model.fit) > doubtful) return;
       model_ = model;
       found_ = found;
       grown_.steps.resize(steps);
@@ -170,6 +171,13 @@ class Grower {
   // An unmodelled smooth error beside all that was found is more likely than none.
   bool leaves_something() const { return smooth_error_beside(model_.fit, search_).log > 0; }
 
+  // More than noise and what their laws may get wrong, beside all that was found.
+  bool leaves_rest() const {
+    const DiagnosisStep* step = round_beside(found_, grown_.steps);
+    return step != nullptr && step->max_score.p_value < level_of_rest &&
+           !is_rest_of_laws(found_, *step);
+  }
+
   // Several effects, each of them more likely than an unmodelled smooth error, and all together.
   bool explains_all() const {
     return found_.size() > 1 && is_above_smooth_error() && !leaves_something() &&
@@ -198,14 +206,17 @@ class Grower {
     return true;
   }
 
-  // The first round, with each in front that is more significant than what was found there.
+  // The first round, with each in front that is more significant than what was found there, or
+  // significant at the same joint: hysteresis and a gap look like creep.
   std::vector<DiagnosisStep> other_starts() const {
     constexpr std::size_t most = 2;
     std::vector<DiagnosisStep> starts;
     const DiagnosisStep& first = grown_.steps[0];
     for (std::size_t c = 1; c < first.ranking.size(); ++c) {
       const RankedCandidate& other = first.ranking[c];
-      if (!other.fit || other.significance <= first.ranking[0].significance) continue;
+      const RankedCandidate& own = first.ranking[0];
+      const double least = act_at_one_joint(other.candidate, own.candidate) ? 0.5 : 1;
+      if (!other.fit || other.significance <= least * own.significance) continue;
       starts.push_back(first);
       std::rotate(starts.back().ranking.begin(),
                   starts.back().ranking.begin() + static_cast<std::ptrdiff_t>(c),
@@ -276,10 +287,11 @@ class Grower {
       if (!without_it) continue;  // then it is needed all the more
       search_.screen(others, *without_it);
       std::vector<BaseFit> fits;
-      DiagnosisStep step = search_.step(others, *without_it, fits);
+      const auto known = known_fit(others, k);
+      DiagnosisStep step = search_.step(others, *without_it, fits, known ? &*known : nullptr);
       check_prediction(others, *without_it, fits, step);
       const bool needed =
-          is_far_more_probable_than(*without_it) ||
+          log_odds_over(*without_it) > 3 * doubtful ||
           (step.max_score.p_value <= significance_level && !decide(step).is_none_needed);
       if (needed && is_replaced(step, found_[k], model_.fit.squared_error)) {
         grown_.steps.push_back(step);
@@ -292,22 +304,32 @@ class Grower {
     return std::nullopt;
   }
 
+  // That of the model, with one of its effects behind the others. Of a series the round seeks
+  // another order.
+  std::optional<KnownFit> known_fit(std::vector<Candidate> others, std::size_t k) const {
+    const Candidate& own = model_.present[k];
+    if (is_of_series(*own.effect.kind)) return std::nullopt;
+    others.push_back(own);
+    auto fit = fit_if_possible(fitter_, others, model_.fit, progress_);
+    return fit ? std::optional(KnownFit{own.name(), *std::move(fit)}) : std::nullopt;
+  }
+
   // Values that only together are known, as those of a spring and its arms, may still be needed.
   std::optional<Revision> without_undetermined() const {
     const std::vector<FittedValues> fitted = fitted_values(model_.fit, model_.present);
     for (std::size_t k = 0; k < model_.present.size() && model_.present.size() > 1; ++k) {
       if (is_determined(model_.present[k], fitted[k])) continue;
       auto without_it = fit_if_possible(fitter_, all_but(model_.present, k), model_.fit, progress_);
-      if (without_it && !is_far_more_probable_than(*without_it))
+      if (without_it && log_odds_over(*without_it) <= doubtful)
         return Revision{k, *std::move(without_it)};
     }
     return std::nullopt;
   }
 
   // Signatures, at usual sizes, may miss what a law with corners does where it was fitted.
-  bool is_far_more_probable_than(const BaseFit& smaller) const {
+  double log_odds_over(const BaseFit& smaller) const {
     const double exponent = common_exponent(smaller, {model_.fit});
-    return evidence(model_.fit, exponent).log - evidence(smaller, exponent).log > 3 * doubtful;
+    return evidence(model_.fit, exponent).log - evidence(smaller, exponent).log;
   }
 
   void revise(Revision revision) {

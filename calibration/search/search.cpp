@@ -302,8 +302,21 @@ double Search::explained_by_kinematics(const BaseFit& fit) const {
   return 1 - after / before * static_cast<double>(space.dimension()) / static_cast<double>(left);
 }
 
+// A law with corners has several minima, and its starts here are those of its signature.
+void Search::keep_better(const KnownFit& known, DiagnosisStep& step, std::vector<BaseFit>& fits) {
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    RankedCandidate& own = step.ranking[c];
+    if (own.candidate.name() != known.name) continue;
+    if (fits[c].values > 0 && penalised_error(fits[c]) <= penalised_error(known.fit)) continue;
+    own.not_fitted.clear();
+    own.is_hopeless = false;
+    fits[c] = known.fit;
+    return;
+  }
+}
+
 DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
-                           std::vector<BaseFit>& fits) {
+                           std::vector<BaseFit>& fits, const KnownFit* known) {
   common::give_back_free_memory();  // what comes next needs most
   DiagnosisStep step;
   for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
@@ -345,6 +358,8 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   CandidateFits all(candidates_.size());
   if (step.max_score.p_value <= significance_level)
     fit_survivors(present, fit, explained, space, step, all);
+  if (known != nullptr && step.max_score.p_value <= significance_level)
+    keep_better(*known, step, all.alone);
   const std::size_t best = weigh(fit, all, groups_, *free_form_, correlated_, step);
   fits = std::move(all.alone);
   if (best < fits.size()) find_confounded(fit, fits[best], step);

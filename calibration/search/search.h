@@ -16,6 +16,12 @@
 
 namespace kinetostat::calibration {
 
+/// A fit that has been found already, with a candidate behind what is present.
+struct KnownFit {
+  std::string name;  // of the candidate
+  BaseFit fit;
+};
+
 /// Rounds on the same readings with the same candidates. Keeps references.
 class Search {
  public:
@@ -67,9 +73,10 @@ class Search {
   double explained_by_kinematics(const BaseFit& fit) const;
 
   /// The round itself, after screen(); `fit` is that of the model with what is present. `fits`: of
-  /// the candidates, in the order of the ranking; without values where there is none.
+  /// the candidates, in the order of the ranking; without values where there is none. `known`
+  /// takes the place of a worse fit of that candidate.
   DiagnosisStep step(const std::vector<Candidate>& present, const BaseFit& fit,
-                     std::vector<BaseFit>& fits);
+                     std::vector<BaseFit>& fits, const KnownFit* known = nullptr);
 
  private:
   // Of what each effect has among signatures_, when it is looked for beside outliers.
@@ -103,6 +110,7 @@ class Search {
   double longest_signature(std::size_t candidate) const;
   FitStarts starts_of(std::size_t candidate, const FittedModel& beside,
                       const std::vector<double>& explained, const ResidualSpace& space) const;
+  static void keep_better(const KnownFit& known, DiagnosisStep& step, std::vector<BaseFit>& fits);
   void find_confounded(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
 

@@ -77,6 +77,21 @@ TEST(Replacement, IsByWhatFitsBetterBesideTheOthers) {
   EXPECT_TRUE(is_replaced(step, found, 404));
 }
 
+// Of the laws of one answer the likeliest is named, even where its fit is no better.
+TEST(Replacement, TakesTheLikeliestLawOfAnAnswer) {
+  DiagnosisStep step =
+      round_of({fitted("friction", "q1", -10), fitted("load_friction", "q1", -11)});
+  step.ranking[0].fit->squared_error = 400;
+  step.ranking[1].fit->squared_error = 399;
+  const FoundEffect found{.candidate = step.ranking[1].candidate, .deviations = {}, .decision = {}};
+  EXPECT_TRUE(is_replaced(step, found, 399));
+  step.ranking[1].fit->log_evidence = -10.5;  // as good as two to one
+  EXPECT_FALSE(is_replaced(step, found, 399));
+  step.ranking[0] = fitted("creep", "q1", -10);  // another class
+  step.ranking[1].fit->log_evidence = -11;
+  EXPECT_FALSE(is_replaced(step, found, 399));
+}
+
 // What is still missing beside one that was found, in a round with a decided winner.
 DiagnosisStep next_round(double p_value) {
   DiagnosisStep step = round_of({fitted("clearance", "q2", 0), fitted("creep", "q1", -30)});
