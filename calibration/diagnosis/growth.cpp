@@ -89,8 +89,8 @@ class Grower {
     const Model model = model_;
     const std::vector<FoundEffect> found = found_;
     const std::size_t steps = grown_.steps.size();
-    for (const DiagnosisStep& first : other_starts()) {
-      if (grows_from(first) && explains_all() && log_odds_over(model.fit) > doubtful) return;
+    for (const std::size_t c : other_starts()) {
+      if (grows_from(c) && explains_all() && log_odds_over(model.fit) > doubtful) return;
       model_ = model;
       found_ = found;
       grown_.steps.resize(steps);
@@ -191,8 +191,10 @@ class Grower {
     return above_free_form(model_, found_, search_, instead) >= beaten_by_free_form;
   }
 
-  // From the best of `first` alone; false where that has no fit.
-  bool grows_from(const DiagnosisStep& first) {
+  // From candidate c of the first round alone; false where that has no fit now.
+  bool grows_from(std::size_t c) {
+    DiagnosisStep first = grown_.steps[0];
+    std::swap(first.ranking[0], first.ranking[c]);
     Candidate start = first.ranking[0].candidate;
     start.effect.values = first.ranking[0].fit->values;
     std::optional<BaseFit> fit = fit_if_possible(fitter_, {start}, model_.without, progress_);
@@ -206,24 +208,20 @@ class Grower {
     return true;
   }
 
-  // The first round, with each in front that is more significant than what was found there, or
-  // significant at the same joint: hysteresis and a gap look like creep.
-  std::vector<DiagnosisStep> other_starts() const {
+  // Candidates of the first round that are more significant than what was found there, or
+  // significant at the same joint: hysteresis and a gap look like creep. The most significant
+  // first.
+  std::vector<std::size_t> other_starts() const {
     constexpr std::size_t most = 2;
-    std::vector<DiagnosisStep> starts;
-    const DiagnosisStep& first = grown_.steps[0];
-    for (std::size_t c = 1; c < first.ranking.size(); ++c) {
-      const RankedCandidate& other = first.ranking[c];
-      const RankedCandidate& own = first.ranking[0];
-      const double least = act_at_one_joint(other.candidate, own.candidate) ? 0.5 : 1;
-      if (!other.fit || other.significance <= least * own.significance) continue;
-      starts.push_back(first);
-      std::rotate(starts.back().ranking.begin(),
-                  starts.back().ranking.begin() + static_cast<std::ptrdiff_t>(c),
-                  starts.back().ranking.begin() + static_cast<std::ptrdiff_t>(c) + 1);
+    const std::vector<RankedCandidate>& ranking = grown_.steps[0].ranking;
+    std::vector<std::size_t> starts;
+    for (std::size_t c = 1; c < ranking.size(); ++c) {
+      const double least = act_at_one_joint(ranking[c].candidate, ranking[0].candidate) ? 0.5 : 1;
+      if (ranking[c].fit && ranking[c].significance > least * ranking[0].significance)
+        starts.push_back(c);
     }
-    std::stable_sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) {
-      return a.ranking[0].significance > b.ranking[0].significance;
+    std::stable_sort(starts.begin(), starts.end(), [&](std::size_t a, std::size_t b) {
+      return ranking[a].significance > ranking[b].significance;
     });
     starts.resize(std::min(starts.size(), most));
     return starts;
