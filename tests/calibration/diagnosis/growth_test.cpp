@@ -5,28 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/laboratory.h"
+#include "calibration/two_links.h"
 
 namespace kinetostat::calibration::growth_test {
 namespace {
 
-// Two joints that lift, read in the plane in which they do.
-class Lifter : public test::Laboratory {
+class Lifter : public test::TwoLinksThatLift {
  public:
-  explicit Lifter(unsigned seed)
-      : Laboratory(
-            "kinetostat: 1\nname: lifter\nunits: {length: mm, force: N, angle: rad}\n"
-            "gravity: {direction: [0, 0, -1]}\n"
-            "chain_types:\n  arm:\n"
-            "    - actuator: {name: q1, axis: Ry, stiffness: 8.0e4 N m/rad}\n"
-            "    - tool: [500, 0, 0]\n"
-            "    - actuator: {name: q2, axis: Ry, stiffness: 3.0e4 N m/rad}\n"
-            "    - tool: [400, 0, 0]\n"
-            "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n") {
-    options().components = {true, false, true, false, false, false};
-    options().translation_noise = 1e-5;
-    options().seed = seed;
-  }
+  explicit Lifter(unsigned seed) : TwoLinksThatLift(seed, 1e-5) {}
   std::string said(const Campaign& campaign, const Diagnosis& d) const {
     return report::text(robot(), campaign, d);
   }

@@ -81,19 +81,8 @@ TEST_P(Poses, NameEachOrderOfADrive) {
 
 // What a balancer could be as well, and no reading of the target distinguishes from it.
 TEST_P(Poses, NameEachOrderOfADriveThatLifts) {
-  test::Laboratory bench(
-      "kinetostat: 1\nname: two links that lift\nunits: {length: mm, force: N, angle: rad}\n"
-      "gravity: {direction: [0, 0, -1]}\n"
-      "chain_types:\n  arm:\n"
-      "    - actuator: {name: q1, axis: Ry, stiffness: 8.0e4 N m/rad}\n"
-      "    - tool: [500, 0, 0]\n"
-      "    - actuator: {name: q2, axis: Ry, stiffness: 3.0e4 N m/rad}\n"
-      "    - tool: [400, 0, 0]\n"
-      "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n");
-  bench.options().components = {true, false, true, false, false, false};
+  test::TwoLinksThatLift bench(GetParam(), 5e-6);
   bench.options().displacement = DisplacementKind::absolute;
-  bench.options().translation_noise = 5e-6;
-  bench.options().seed = GetParam();
   bench.hide("eccentricity", "q2", "cosine=3e-4 rad,sine=-1e-4 rad");
   bench.hide("eccentricity", "q2", "cosine=-2e-5 rad,sine=7e-5 rad,order=2");
   std::string csv = "id,session,time,q1,q2,fx\n";
