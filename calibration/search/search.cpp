@@ -356,10 +356,10 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   confuse(*screen, step);
   screen.reset();  // as large as all signatures; fits need memory
   CandidateFits all(candidates_.size());
-  if (step.max_score.p_value <= significance_level)
+  if (step.max_score.p_value <= significance_level) {
     fit_survivors(present, fit, explained, space, step, all);
-  if (known != nullptr && step.max_score.p_value <= significance_level)
-    keep_better(*known, step, all.alone);
+    if (known != nullptr) keep_better(*known, step, all.alone);
+  }
   const std::size_t best = weigh(fit, all, groups_, *free_form_, correlated_, step);
   fits = std::move(all.alone);
   if (best < fits.size()) find_confounded(fit, fits[best], step);
