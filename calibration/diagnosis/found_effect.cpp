@@ -104,7 +104,7 @@ Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found
   return step.free_form_probability < 0.5 ? what : Finding::part;
 }
 
-const DiagnosisStep* round_beside(const std::vector<FoundEffect>& found,
+const DiagnosisStep* round_beside(std::span<const FoundEffect> found,
                                   const std::vector<DiagnosisStep>& steps) {
   std::vector<std::string> names;
   names.reserve(found.size());

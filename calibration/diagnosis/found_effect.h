@@ -1,6 +1,7 @@
 // An effect that was found, by what the round that looked for it says.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -49,8 +50,8 @@ bool is_absurd(const DiagnosisStep& step);
 /// that acts on other readings by no more than that share of what they have in common (Hoelder).
 double law_error_like(const std::vector<FoundEffect>& found, const DiagnosisStep& step);
 
-/// The last round beside all that was found; null where there was none.
-const DiagnosisStep* round_beside(const std::vector<FoundEffect>& found,
+/// The last round beside these and no others; null where there was none.
+const DiagnosisStep* round_beside(std::span<const FoundEffect> found,
                                   const std::vector<DiagnosisStep>& steps);
 /// Its best is no more than what the laws of those that were found may get wrong.
 bool is_rest_of_laws(const std::vector<FoundEffect>& found, const DiagnosisStep& step);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -285,12 +286,10 @@ std::string nothing_in_words(const vjm::Robot& robot, const Diagnosis& d) {
 
 // The round in which the first effect competed beside all the others.
 const DiagnosisStep* step_of(const Diagnosis& d) {
-  std::vector<std::string> beside;
-  for (std::size_t i = 1; i < d.found.size(); ++i) beside.push_back(d.found[i].candidate.name());
-  for (auto step = d.steps.rbegin(); step != d.steps.rend(); ++step)
-    if (std::is_permutation(step->beside.begin(), step->beside.end(), beside.begin(), beside.end()))
-      return &*step;
-  return d.steps.empty() ? nullptr : &d.steps.front();
+  const std::span<const FoundEffect> found = d.found;
+  const DiagnosisStep* step =
+      calibration::round_beside(found.empty() ? found : found.subspan(1), d.steps);
+  return step != nullptr || d.steps.empty() ? step : &d.steps.front();
 }
 
 bool is_answer(const Diagnosis& d, const vjm::Effect& effect) {
