@@ -1,6 +1,7 @@
 #include "kinetostat/calibration/campaign/campaign.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numeric>
 
@@ -37,6 +38,21 @@ vjm::Load DisplacementControl::with_force(std::size_t reading, std::size_t confi
   load.force += newtons * along[configuration].head<3>();
   load.moment += newtons * along[configuration].tail<3>();
   return load;
+}
+
+std::optional<double> Covariate::number(std::size_t reading) const {
+  const std::string& text = values[reading];
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+bool Covariate::is_numeric() const {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!values[i].empty() && !number(i)) return false;
+  return true;
 }
 
 std::vector<Component> platform_components() {

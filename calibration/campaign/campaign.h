@@ -120,6 +120,10 @@ void find_components_in_use(const Reading& reading, std::vector<Eigen::Index>& u
 struct Covariate {
   std::string name;
   std::vector<std::string> values;
+
+  /// Of a reading; none where the cell is empty or holds anything but a finite number.
+  std::optional<double> number(std::size_t reading) const;
+  bool is_numeric() const;  // but for empty cells
 };
 
 /// Name of the coordinate of a joint in the table.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -198,18 +197,8 @@ class FactorFinder {
     const auto index = [this](const Reading& r) {
       return static_cast<std::size_t>(&r - campaign_.readings.data());
     };
-    const auto number = [&](const Reading& r) -> std::optional<double> {
-      const std::string& text = c.values[index(r)];
-      double value = 0;
-      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-      if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-        return std::nullopt;
-      return value;
-    };
-    const bool numeric = std::all_of(
-        campaign_.readings.begin(), campaign_.readings.end(),
-        [&](const Reading& r) { return c.values[index(r)].empty() || number(r).has_value(); });
-    if (numeric) return by_number(c.name, "", number);
+    if (c.is_numeric())
+      return by_number(c.name, "", [&](const Reading& r) { return c.number(index(r)); });
     return by_text(c.name, [&c](std::size_t i) { return c.values[i]; });
   }
 

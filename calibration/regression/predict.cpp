@@ -1,7 +1,6 @@
 #include "kinetostat/calibration/regression/predict.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -278,13 +277,9 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
                       .past = past_of(temperatures, r),
                       .session = campaign.sessions[r.session],
                       .setting = r.setting});
-    for (const Covariate& c : campaign.covariates) {
-      const std::string& text = c.values[i];
-      double value = 0;
-      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-      if (error == std::errc() && end == text.data() + text.size() && std::isfinite(value))
-        result.back().covariates.emplace(c.name, value);
-    }
+    for (const Covariate& c : campaign.covariates)
+      if (const std::optional<double> value = c.number(i))
+        result.back().covariates.emplace(c.name, *value);
   }
   for (const Cycle& cycle : all_cycles(campaign)) {
     const bool is_cycle = !campaign.readings[cycle.front()].cycle.empty();

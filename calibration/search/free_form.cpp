@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/sensors/weight.h"
@@ -86,6 +88,39 @@ MatrixXd times_in_cycle(const Campaign& campaign) {
       seconds[static_cast<Index>(i)] =
           campaign.readings[i].time.value_or(0) - campaign.readings[cycle.front()].time.value_or(0);
   return numbers_of(campaign, [&](std::size_t i) { return seconds[static_cast<Index>(i)]; });
+}
+
+// Of a column that the format does not know: its numbers, empty cells being usual, or which of a
+// few words each reading has.
+MatrixXd column_of(const Covariate& covariate) {
+  constexpr std::size_t most_words = 8;
+  const auto n = static_cast<Index>(covariate.values.size());
+  if (covariate.is_numeric()) {
+    VectorXd numbers = VectorXd::Zero(n);
+    double sum = 0, known = 0;
+    for (Index i = 0; i < n; ++i)
+      if (const auto number = covariate.number(static_cast<std::size_t>(i))) {
+        sum += *number;
+        ++known;
+      }
+    for (Index i = 0; i < n; ++i)
+      numbers[i] = covariate.number(static_cast<std::size_t>(i)).value_or(sum / known);
+    return standardised(numbers);
+  }
+  const std::set<std::string> words(covariate.values.begin(), covariate.values.end());
+  if (words.size() > most_words) return {};
+  MatrixXd which = MatrixXd::Zero(n, static_cast<Index>(words.size()));
+  for (Index i = 0; i < n; ++i)
+    which(i, std::distance(words.begin(),
+                           words.find(covariate.values[static_cast<std::size_t>(i)]))) = 1;
+  return standardised(which);
+}
+
+// Whether it says little but the time or the temperature, which have names of their own.
+bool follows(const MatrixXd& column, const MatrixXd& known) {
+  constexpr double closely = 0.9;
+  return column.cols() == 1 && known.cols() == 1 &&
+         std::abs(column.col(0).dot(known.col(0))) > closely * static_cast<double>(column.rows());
 }
 
 MatrixXd branches_of(const Campaign& campaign) {
@@ -234,6 +269,12 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
       add("load and time in the cycle together" + how, SmoothOver::other, beside(loads, held),
           columns, {0, 1});
     add("temperature" + how, SmoothOver::temperature, heats, columns, {0, 2.5, 1});
+    for (const Covariate& covariate : campaign.covariates) {
+      const MatrixXd column = column_of(covariate);
+      if (!follows(column, times) && !follows(column, heats))
+        add(fmt::format("the column '{}'{}", covariate.name, how), SmoothOver::other, column,
+            columns, {0, 1});
+    }
   };
   add_through(std::make_shared<const MatrixXd>(components_of(campaign, values)), "");
   add_through(std::make_shared<const MatrixXd>(of_unit_length(ways.force)),

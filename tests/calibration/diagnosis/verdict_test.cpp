@@ -573,6 +573,37 @@ TEST(Verdict, BalancersAreSoughtAtTheFirstAxesThatLift) {
   EXPECT_THAT(balanced(""), testing::ElementsAre("arm.turntable", "arm.shoulder", "arm.elbow"));
 }
 
+// Three sine waves of unlike lengths, none of them like the time.
+double humidity(std::size_t reading) {
+  const auto n = static_cast<double>(reading);
+  return 50 + 10 * std::sin(0.45 * n + 1) + 3 * std::sin(1.7 * n) + 2 * std::sin(2.9 * n + 2);
+}
+
+// What changes with a further column of the table lasts from one reading to the next, as noise may.
+TEST(Verdict, NamesTheColumnOnWhichAnErrorDepends) {
+  for (const bool in_words : {false, true})
+    for (const double size : {0.0, 1e-6}) {
+      Laboratory laboratory(slide);
+      Campaign campaign = laboratory.measure(loops(8));
+      Covariate column{.name = "air", .values = {}};
+      for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+        const double number = humidity(i);
+        const bool is_damp = number > 50;
+        column.values.push_back(in_words ? (is_damp ? "damp" : "dry") : fmt::format("{}", number));
+        const double change = in_words ? (is_damp ? 1.0 : -1.0) : (number - 50) / 8;
+        campaign.readings[i].displacement.array() += size * change;
+      }
+      campaign.covariates.push_back(column);
+      const Diagnosis d = laboratory.diagnose(campaign, {"friction", "creep"});
+      if (size == 0) {
+        EXPECT_EQ(d.verdict, Verdict::none_needed);
+      } else {
+        EXPECT_EQ(d.verdict, Verdict::unexplained);
+        EXPECT_THAT(d.left.depends_on, testing::StartsWith("the column 'air'"));
+      }
+    }
+}
+
 // A mass weighs nothing where the robot file does not say which way is down.
 TEST(Verdict, SaysThatGravityIsMissing) {
   Laboratory laboratory(
