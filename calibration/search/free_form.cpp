@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 #include <fmt/format.h>
@@ -90,30 +91,34 @@ MatrixXd times_in_cycle(const Campaign& campaign) {
   return numbers_of(campaign, [&](std::size_t i) { return seconds[static_cast<Index>(i)]; });
 }
 
-// Of a column that the format does not know: its numbers, empty cells being usual, or which of a
-// few words each reading has.
-MatrixXd column_of(const Covariate& covariate) {
+double mean_of(const Covariate& covariate) {
+  double sum = 0;
+  int known = 0;
+  for (std::size_t i = 0; i < covariate.values.size(); ++i)
+    if (const std::optional<double> number = covariate.number(i)) sum += *number, ++known;
+  return known == 0 ? 0 : sum / known;
+}
+
+// One column for each of a few words, which of them each reading has.
+MatrixXd words_of(const Covariate& covariate) {
   constexpr std::size_t most_words = 8;
-  const auto n = static_cast<Index>(covariate.values.size());
-  if (covariate.is_numeric()) {
-    VectorXd numbers = VectorXd::Zero(n);
-    double sum = 0, known = 0;
-    for (Index i = 0; i < n; ++i)
-      if (const auto number = covariate.number(static_cast<std::size_t>(i))) {
-        sum += *number;
-        ++known;
-      }
-    for (Index i = 0; i < n; ++i)
-      numbers[i] = covariate.number(static_cast<std::size_t>(i)).value_or(sum / known);
-    return standardised(numbers);
-  }
   const std::set<std::string> words(covariate.values.begin(), covariate.values.end());
   if (words.size() > most_words) return {};
-  MatrixXd which = MatrixXd::Zero(n, static_cast<Index>(words.size()));
-  for (Index i = 0; i < n; ++i)
-    which(i, std::distance(words.begin(),
-                           words.find(covariate.values[static_cast<std::size_t>(i)]))) = 1;
+  MatrixXd which(covariate.values.size(), words.size());
+  Index column = 0;
+  for (const std::string& word : words) {
+    for (std::size_t i = 0; i < covariate.values.size(); ++i)
+      which(static_cast<Index>(i), column) = covariate.values[i] == word ? 1 : 0;
+    ++column;
+  }
   return standardised(which);
+}
+
+// Of a column that the format does not know. Empty cells are like the mean.
+MatrixXd column_of(const Campaign& campaign, const Covariate& covariate) {
+  if (!covariate.is_numeric()) return words_of(covariate);
+  const double mean = mean_of(covariate);
+  return numbers_of(campaign, [&](std::size_t i) { return covariate.number(i).value_or(mean); });
 }
 
 // Whether it says little but the time or the temperature, which have names of their own.
@@ -270,7 +275,7 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
           columns, {0, 1});
     add("temperature" + how, SmoothOver::temperature, heats, columns, {0, 2.5, 1});
     for (const Covariate& covariate : campaign.covariates) {
-      const MatrixXd column = column_of(covariate);
+      const MatrixXd column = column_of(campaign, covariate);
       if (!follows(column, times) && !follows(column, heats))
         add(fmt::format("the column '{}'{}", covariate.name, how), SmoothOver::other, column,
             columns, {0, 1});

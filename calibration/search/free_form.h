@@ -53,11 +53,11 @@ struct FreeFormWays {
 };
 
 /// Gaussian processes over what is known of each reading: an unknown function of posture, load,
-/// both, the time, the time in a cycle (and load), the temperature or a further column of the table,
-/// smooth or straight, that acts on the displacements themselves, as a force on the platform, or as
-/// a change of what is uncertain; a memory of earlier loads by what is uncertain, that fades with time; or a drive
-/// whose stiffness is an unknown function of its own deflection. The amplitude of each has a
-/// log-uniform prior; the processes are equally likely.
+/// both, the time, the time in a cycle (and load), the temperature or a further column of the
+/// table, smooth or straight, that acts on the displacements themselves, as a force on the
+/// platform, or as a change of what is uncertain; a memory of earlier loads by what is uncertain,
+/// that fades with time; or a drive whose stiffness is an unknown function of its own deflection.
+/// The amplitude of each has a log-uniform prior; the processes are equally likely.
 class FreeForm {
  public:
   FreeForm(const Campaign& campaign, const std::vector<Value>& values, const FreeFormWays& ways);
