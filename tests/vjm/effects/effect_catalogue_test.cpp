@@ -264,6 +264,18 @@ TEST_P(EveryEffect, OfSizeNoneIsNone) {
     EXPECT_LT(spatial::pose_difference(with[k].observed, without[k].observed).norm(), 1e-14);
 }
 
+// Where a fit may end.
+TEST_P(EveryEffect, ActsWithAllValuesAtTheirBounds) {
+  for (const double EffectParameter::*bound : {&EffectParameter::lower, &EffectParameter::upper}) {
+    Effect at_bounds = effect();
+    for (Eigen::Index k = 0; k < at_bounds.values.size(); ++k)
+      if (const auto& p = at_bounds.kind->parameters[static_cast<std::size_t>(k)];
+          p.usual_linear.empty() && at_bounds.values[k] != p.none)
+        at_bounds.values[k] = p.*bound;
+    EXPECT_NO_THROW(EffectModel(bench().manipulator, {at_bounds}, tight)) << effect().kind->name;
+  }
+}
+
 TEST_P(EveryEffect, ChangesSomething) {
   Random random(4);
   const std::vector<Step> path = random_path(bench(), random, 3);

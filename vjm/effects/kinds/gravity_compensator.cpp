@@ -52,12 +52,12 @@ class BalancerLaw : public CoordinateLaw {
 class GravityCompensator : public EffectKind {
  public:
   GravityCompensator() {
-    const auto length = [](const char* called, double lower, double usual) {
+    const auto length = [](const char* called, double lower, double upper, double usual) {
       return EffectParameter{.name = called,
                              .linear = spatial::dimension::length,
                              .angular = spatial::dimension::length,
                              .lower = lower,
-                             .upper = 10,
+                             .upper = upper,
                              .prior_sd = usual,
                              .is_shape = true};
     };
@@ -83,9 +83,10 @@ class GravityCompensator : public EffectKind {
                    .lower = 0,
                    .upper = 1e9,
                    .prior_sd = 5e4},
-                  length("arm", 1e-6, 0.2),
-                  length("distance", 1e-6, 0.7),
-                  length("free_length", 0, 0.5),
+                  // Arm and distance differ where both are at a bound.
+                  length("arm", 1e-6, 10, 0.2),
+                  length("distance", 1e-3, 20, 0.7),
+                  length("free_length", 0, 10, 0.5),
                   {.name = "angle",
                    .linear = spatial::dimension::angle,
                    .angular = spatial::dimension::angle,

@@ -82,17 +82,19 @@ class PiecewiseStiffness : public EffectKind {
                              .none = 1,
                              .required = false};
     };
-    const auto force = [](const char* called, double usual) {
+    const auto force = [](const char* called, double lower, double upper, double usual) {
       return EffectParameter{.name = called,
                              .linear = spatial::dimension::force,
                              .angular = spatial::dimension::moment,
-                             .lower = 1e-12,
-                             .upper = 1e9,
+                             .lower = lower,
+                             .upper = upper,
                              .prior_sd = usual,
                              .prior_unit = PriorUnit::joint_load,
                              .is_shape = true};
     };
-    parameters = {ratio("ratio2"), ratio("ratio3"), force("force1", 0.1), force("force2", 0.4)};
+    // The second is above the first where both are at a bound.
+    parameters = {ratio("ratio2"), ratio("ratio3"), force("force1", 1e-12, 1e9, 0.1),
+                  force("force2", 2e-12, 2e9, 0.4)};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,
