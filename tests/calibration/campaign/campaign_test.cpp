@@ -1,6 +1,5 @@
 #include "kinetostat/calibration/campaign/campaign.h"
 
-#include <ctime>
 
 #include <Eigen/LU>
 #include <gmock/gmock.h>
@@ -230,23 +229,16 @@ TEST(CampaignFile, StepsNotRowsOrderTimeWhereThereAreSteps) {
   EXPECT_EQ(read("cycle,time,fz,dz\na,20,1,1\nb,10,1,1\n").readings.size(), 2u);
 }
 
-TEST(CampaignFile, ReadsAHundredThousandRowsInUnderASecond) {
+TEST(CampaignFile, ReadsAHundredThousandRows) {
   std::string csv = "id,x,y,z,fx,fy,fz,px,py,pz,dx,dy,dz\n";
   for (int i = 0; i < 100000; ++i)
     csv += fmt::format("r{},{},20.5,30.25,100.5,-20.25,{},0,0,50,0.0125,-0.25,0.{}\n", i, i % 500,
                        i % 97, i);
   const auto file = test::write_campaign(head + "noise: {translation: 15 um}\n", csv);
   const vjm::Manipulator manipulator = test::bench().manipulator;
-  const std::clock_t begin = std::clock();  // of this process: others may be busy
   const Campaign c = read_campaign(file, manipulator);
-  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   EXPECT_EQ(c.readings.size(), 100000u);
   EXPECT_EQ(c.configurations.size(), 500u);
-#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__)
-  EXPECT_LT(seconds, 1.0);
-#else
-  (void)seconds;
-#endif
 }
 
 // A chi-square is r' C^-1 r, whatever is measured of each reading.
