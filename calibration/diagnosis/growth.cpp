@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <string>
 
@@ -85,12 +86,15 @@ class Grower {
   // The best of the first round may stand for several, and be none of them: another one may be.
   void start_again() {
     if (found_.empty() || options_.most_effects < 2) return;
-    if (is_above_smooth_error() && !leaves_rest()) return;
+    std::vector<std::size_t> starts = starts_of_pairs();
+    if (!is_above_smooth_error() || leaves_rest())
+      for (const std::size_t c : other_starts())
+        if (std::find(starts.begin(), starts.end(), c) == starts.end()) starts.push_back(c);
     const Model model = model_;
     const std::vector<FoundEffect> found = found_;
     const std::size_t steps = grown_.steps.size();
-    for (const std::size_t c : other_starts()) {
-      if (grows_from(c) && explains_all() && log_odds_over(model.fit) > doubtful) return;
+    for (const std::size_t c : starts) {
+      if (grows_from(c) && explains_all() && log_odds_over(model, found) > doubtful) return;
       model_ = model;
       found_ = found;
       grown_.steps.resize(steps);
@@ -227,6 +231,40 @@ class Grower {
     return starts;
   }
 
+  // Where two effects promise to explain more than what was found in their place: of each such pair
+  // the one that is likelier alone, but for what the rounds started from.
+  std::vector<std::size_t> starts_of_pairs() const {
+    constexpr std::size_t most = 2;
+    const std::vector<RankedCandidate>& ranking = grown_.steps[0].ranking;
+    std::vector<std::size_t> starts;
+    for (const CandidatePair& pair : grown_.steps[0].pairs) {
+      if (starts.size() == most || !promises_more(pair)) continue;
+      const auto start = std::find_if(ranking.begin() + 1, ranking.end(), [&](const auto& ranked) {
+        return ranked.fit && (ranked.candidate.name() == pair.names[0] ||
+                              ranked.candidate.name() == pair.names[1]);
+      });
+      const auto c = static_cast<std::size_t>(start - ranking.begin());
+      if (start != ranking.end() && std::find(starts.begin(), starts.end(), c) == starts.end())
+        starts.push_back(c);
+    }
+    return starts;
+  }
+
+  // To first order, by Schwarz's criterion; but for what the rounds have seen beside what is there.
+  bool promises_more(const CandidatePair& pair) const {
+    if (std::all_of(found_.begin(), found_.end(), [&](const FoundEffect& f) {
+          return f.candidate.name() == pair.names[0] || f.candidate.name() == pair.names[1];
+        }))
+      return false;
+    const BaseFit &without = model_.without, &with = model_.fit;
+    const double more_explained = pair.explained - without.squared_error + with.squared_error;
+    const auto fewer_values =
+        static_cast<double>(with.estimated - without.estimated - pair.columns);
+    return 0.5 * exponent_of(with) *
+               (more_explained + fewer_values * std::log(static_cast<double>(with.values))) >
+           doubtful;
+  }
+
   void keep_first(std::size_t count) {
     model_.present.erase(model_.present.begin() + static_cast<std::ptrdiff_t>(count),
                          model_.present.end());
@@ -322,6 +360,13 @@ class Grower {
         return Revision{k, *std::move(without_it)};
     }
     return std::nullopt;
+  }
+
+  // Of what is there over another model, with the priors of kinds and places.
+  double log_odds_over(const Model& model, const std::vector<FoundEffect>& found) const {
+    const auto prior = [](double sum, const FoundEffect& one) { return sum + one.log_prior; };
+    return log_odds_over(model.fit) + std::accumulate(found_.begin(), found_.end(), 0.0, prior) -
+           std::accumulate(found.begin(), found.end(), 0.0, prior);
   }
 
   // Signatures, at usual sizes, may miss what a law with corners does where it was fitted.

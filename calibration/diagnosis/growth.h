@@ -31,9 +31,10 @@ struct Growth {
 /// Adds the best effect of each round as long as one is found (found_effect.h), or a part of what
 /// is missing where all of them leave nothing; where none is, looks for two that hide one another;
 /// then weighs each of several again beside the others: one that is not needed is dropped, one that
-/// is fitted better by something else gives way, and more may be added after that. Where an
-/// unmodelled smooth error is then more probable than what was found, or more is left than its laws
-/// may get wrong, the rounds start again from the most significant others of the first. One that is
+/// is fitted better by something else gives way, and more may be added after that. Where a pair
+/// promised more in the first round than what was found explains, the rounds start again from one
+/// of it; where an unmodelled smooth error is more probable than what was found, or more is left
+/// than its laws may get wrong, from the most significant others of that round, too. One that is
 /// left alone, and less probable than that nothing is missing, is given up. `fit`: of the model
 /// without anything added, for which `search` has been screened.
 Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,

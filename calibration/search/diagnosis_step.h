@@ -1,6 +1,7 @@
 // One round of a diagnosis: the candidates side by side, and the max-statistic test.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -77,6 +78,13 @@ struct RankedCandidate {
   bool is_hopeless = false;
 };
 
+/// Two candidates that explain much together.
+struct CandidatePair {
+  std::array<std::string, 2> names;
+  double explained = 0;      // of the squared residual, to first order
+  Eigen::Index columns = 0;  // with which
+};
+
 /// One round: what is missing beside what was found before?
 struct DiagnosisStep {
   std::vector<std::string> beside;  // effects that are in the model already
@@ -87,6 +95,7 @@ struct DiagnosisStep {
   bool takes_rest_for_noise = false;  // that noise is correlated, as what is missing may be
   /// Most probable first, then by significance, then unobservable ones.
   std::vector<RankedCandidate> ranking;
+  std::vector<CandidatePair> pairs = {};       // of the first round: those that promise most
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
   double log_evidence_without = 0;             // of the model as it is, nothing missing
   double squared_error_without = 0;            // whitened, of the same

@@ -55,20 +55,31 @@ VectorXd PairScreen::significances(const VectorXd& residual) const {
   return significances(basis_.transpose() * residual, residual.squaredNorm());
 }
 
+std::pair<double, Index> PairScreen::explained(const Addition& pair, const VectorXd& along) const {
+  const Member &a = members_[pair.first], &b = members_[pair.second];
+  const auto of_first = along.segment(a.at, a.size);
+  return {
+      of_first.squaredNorm() +
+          (pair.of_first * of_first + pair.of_second * along.segment(b.at, b.size)).squaredNorm(),
+      a.size + pair.of_second.rows()};
+}
+
+std::vector<std::pair<double, Index>> PairScreen::explained(const VectorXd& residual) const {
+  const VectorXd along = basis_.transpose() * residual;
+  std::vector<std::pair<double, Index>> result;
+  for (const Addition& pair : additions_) result.push_back(explained(pair, along));
+  return result;
+}
+
 VectorXd PairScreen::significances(const VectorXd& along, double total) const {
   VectorXd result = VectorXd::Zero(static_cast<Index>(additions_.size()));
   for (std::size_t p = 0; p < additions_.size(); ++p) {
-    const Addition& pair = additions_[p];
-    const Member &a = members_[pair.first], &b = members_[pair.second];
-    const auto of_first = along.segment(a.at, a.size);
-    const double explained =
-        of_first.squaredNorm() +
-        (pair.of_first * of_first + pair.of_second * along.segment(b.at, b.size)).squaredNorm();
-    const auto k = static_cast<double>(a.size + pair.of_second.rows());
+    const auto [square, columns] = explained(additions_[p], along);
+    const auto k = static_cast<double>(columns);
     const double rest = static_cast<double>(dimension_) - k;
     if (rest < 1) continue;
-    const double noise = std::max(1.0, (total - explained) / rest);
-    result[static_cast<Index>(p)] = normal_deviate(explained / noise, k);
+    const double noise = std::max(1.0, (total - square) / rest);
+    result[static_cast<Index>(p)] = normal_deviate(square / noise, k);
   }
   return result;
 }

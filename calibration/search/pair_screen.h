@@ -23,13 +23,13 @@ class PairScreen {
       const Eigen::MatrixXd& residuals) const;
   /// The same of all pairs, for one residual.
   Eigen::VectorXd significances(const Eigen::VectorXd& residual) const;
+  /// How much of the square of a residual each pair explains together, and with how many columns.
+  std::vector<std::pair<double, Eigen::Index>> explained(const Eigen::VectorXd& residual) const;
 
   /// Pairs of signatures that are distinguishable at all.
   const std::vector<std::pair<std::size_t, std::size_t>>& pairs() const { return pairs_; }
 
  private:
-  Eigen::VectorXd significances(const Eigen::VectorXd& along, double total) const;
-
   struct Member {
     Eigen::Index at = 0, size = 0;  // columns of the basis
   };
@@ -38,6 +38,10 @@ class PairScreen {
     std::size_t first = 0, second = 0;  // members
     Eigen::MatrixXd of_first, of_second;
   };
+
+  Eigen::VectorXd significances(const Eigen::VectorXd& along, double total) const;
+  std::pair<double, Eigen::Index> explained(const Addition& pair,
+                                            const Eigen::VectorXd& along) const;
 
   Eigen::Index dimension_;
   Eigen::MatrixXd basis_;  // all spans side by side

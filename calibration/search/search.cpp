@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -28,7 +29,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t most_fits = 16;  // in one round
-constexpr std::size_t most_pairs = 4;  // of masked ones
+constexpr std::size_t most_pairs = 4;  // that are looked at
 constexpr double least_kept = 0.3;     // of what a signature explains: a fit with less has failed
 constexpr double first_gain = 1;       // of the squared error, for which a first fit goes on
 constexpr double hopeless = 50;        // in log evidence: fits that are so much worse are left so
@@ -354,6 +355,8 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
               ? why_unobservable(candidates_[c], longest_signature(c), fitter_)
               : candidate_signatures_[c].failure;
   confuse(*screen, step);
+  if (present.empty() && step.max_score.p_value <= significance_level)
+    find_pairs(*screen, space.residual(), step);
   screen.reset();  // as large as all signatures; fits need memory
   CandidateFits all(candidates_.size());
   if (step.max_score.p_value <= significance_level) {
@@ -469,6 +472,50 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
     result.push_back({start(a, sizes[0]), start(b, sizes[1])});
   }
   return result;
+}
+
+// Of the candidates that explain most, the signature that does.
+std::vector<std::size_t> Search::most_explaining(const Screen& screen,
+                                                 const VectorXd& residual) const {
+  constexpr std::size_t most = 40;
+  std::vector<std::pair<double, std::size_t>> best;  // of each candidate
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const std::pair own(screen.score(i, residual).explained, i);
+    if (i == 0 || owner_[i].first != owner_[i - 1].first) best.push_back(own);
+    best.back() = std::max(best.back(), own);
+  }
+  std::stable_sort(best.begin(), best.end(), std::greater<>());
+  best.resize(std::min(best.size(), most));
+  std::vector<std::size_t> signatures;
+  for (const auto& [explained, i] : best)
+    if (screen.span(i).cols() > 0) signatures.push_back(i);
+  return signatures;
+}
+
+// Of candidates that are not alike: by what they promise, less what noise would give as many
+// columns (Schwarz, Ann. Stat. 6, 1978).
+void Search::find_pairs(const Screen& screen, const VectorXd& residual, DiagnosisStep& step) const {
+  constexpr double alike = 0.9;
+  const std::vector<std::size_t> members = most_explaining(screen, residual);
+  if (members.size() < 2) return;
+  const PairScreen pairs(screen, members);
+  const auto explained = pairs.explained(residual);
+  std::vector<CandidatePair> found;
+  for (std::size_t p = 0; p < explained.size(); ++p) {
+    const auto [a, b] = pairs.pairs()[p];
+    if (screen.confusion(a, b) < alike)
+      found.push_back({{candidates_[owner_[a].first].name(), candidates_[owner_[b].first].name()},
+                       explained[p].first,
+                       explained[p].second});
+  }
+  const double cost = std::log(static_cast<double>(values_.size()));
+  const auto promise = [cost](const CandidatePair& pair) {
+    return pair.explained - cost * static_cast<double>(pair.columns);
+  };
+  std::stable_sort(found.begin(), found.end(),
+                   [&](const auto& a, const auto& b) { return promise(a) > promise(b); });
+  found.resize(std::min(found.size(), most_pairs));
+  step.pairs = std::move(found);
 }
 
 void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,

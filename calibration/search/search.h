@@ -113,6 +113,9 @@ class Search {
   static void keep_better(const KnownFit& known, DiagnosisStep& step, std::vector<BaseFit>& fits);
   void find_confounded(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
+  std::vector<std::size_t> most_explaining(const Screen& screen,
+                                           const Eigen::VectorXd& residual) const;
+  void find_pairs(const Screen& screen, const Eigen::VectorXd& residual, DiagnosisStep& step) const;
 
   const CandidateFitter& fitter_;
   const std::vector<Candidate>& candidates_;

@@ -51,6 +51,27 @@ TEST_P(Growth, KeepsWhatOnlyAllItsValuesDetermine) {
   EXPECT_LT(d.after->reduced(), 1.5);
 }
 
+// An error of the geometry looks like weight and a scale of the instrument together, and like
+// neither of them; the first round takes it.
+TEST_P(Growth, TakesTwoEffectsInPlaceOfOneThatLooksLikeBoth) {
+  for (const double times : {1, 2}) {
+    Lifter lifter(GetParam());
+    lifter.options().displacement = DisplacementKind::absolute;
+    lifter.hide("payload", "platform", fmt::format("mass={} kg", 0.48 * times));
+    lifter.hide("sensor_scale", "sensor", fmt::format("scale={}", 6e-5 * times));
+    std::string csv = "id,q1,q2,fx,fz\n";
+    for (int r = 0; r < 40; ++r)
+      csv += fmt::format("r{},{},{},{}\n", r, postures(r), r % 3 == 1 ? 200 : 0,
+                         r % 3 == 2 ? -300 : 0);
+    const Campaign campaign = lifter.measure(csv);
+    const Diagnosis d = lifter.diagnose(campaign, {});
+    EXPECT_EQ(d.verdict, Verdict::identified) << lifter.said(campaign, d);
+    EXPECT_THAT(names(d),
+                testing::UnorderedElementsAre("payload at platform", "sensor_scale at sensor"))
+        << lifter.said(campaign, d);
+  }
+}
+
 // It stands where another effect explains what it leaves, else it would be what no effect explains.
 TEST_P(Growth, TakesAnUnusualSizeBesideAnotherEffect) {
   Lifter lifter(GetParam());
