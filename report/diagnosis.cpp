@@ -82,13 +82,19 @@ std::string noise_words(const Diagnosis& d) {
                               : "the noise that repeated readings show";
 }
 
+std::string misfit_in_words(const char* what, const Diagnosis& d) {
+  return fmt::format("{} is {} times {} (p = {}): that noise is too small, or ", what,
+                     number(std::sqrt(d.after->reduced()), 3), noise_words(d),
+                     number(d.after->p_value, 2));
+}
+
 // Where something looked like an effect, or the misfit is large, though none is needed.
 std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
   std::vector<std::string> result;
   if (d.doubted)
     result.push_back(fmt::format(
-        "A signature exceeds the detection threshold (chance of a false alarm {}), as it does in "
-        "one sound campaign of twenty: what 'kinetostat plan' asks for would tell.",
+        "A signature exceeds the detection threshold (chance of a false alarm {}), and yet nothing "
+        "missing is more probable: what 'kinetostat plan' asks for would tell.",
         percent(d.doubted->false_alarm_chance)));
   else if (!d.steps.empty() && d.steps[0].max_score.p_value <= calibration::significance_level)
     result.push_back(fmt::format(
@@ -96,11 +102,9 @@ std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
         "effect improves the prediction of held-out readings, or is far more probable than no "
         "missing effect.",
         percent(d.steps[0].max_score.p_value)));
-  if (d.before && d.before->p_value <= calibration::certain_level)
-    result.push_back(fmt::format(
-        "The misfit is {} times {} (p = {}): that noise is too small, or an effect is missing that "
-        "is not observable in these readings.",
-        number(std::sqrt(d.before->reduced()), 3), noise_words(d), number(d.before->p_value, 2)));
+  if (d.leaves_misfit())
+    result.push_back(misfit_in_words("The misfit", d) +
+                     "an effect is missing that is not observable in these readings.");
   return result;
 }
 
@@ -150,25 +154,36 @@ std::string remark_on_unexplained(const Diagnosis& d) {
                    d);
 }
 
-std::string remark_on_found(const Diagnosis& d) {
-  if (!d.or_something_else && !d.rest_of_laws.empty())
+// Beside what explains the readings.
+std::string remark_on_rest(const Diagnosis& d) {
+  if (!d.rest_of_laws.empty())
     return fmt::format(
         "The rest of the error is most like {} (chance of a false alarm {}), but no larger than "
         "the error of an idealised law may be.",
         d.rest_of_laws, percent(d.rest_p_value));
-  if (!d.or_something_else) return {};
+  if (d.predicts_worse())
+    return "Readings kept out of the fit are predicted worse with it: too few readings show it to "
+           "predict the others, and 'kinetostat adopt' refuses it.";
+  if (d.leaves_misfit())
+    return misfit_in_words("What is left", d) + "something else is missing, too.";
+  return {};
+}
+
+std::string remark_on_found(const Diagnosis& d) {
+  if (!d.or_something_else) return remark_on_rest(d);
   if (d.predicts_no_better())
     return "Held-out readings are predicted no better with it than without: it may stand for an "
            "effect outside the catalogue.";
+  const char* it = d.found.size() == 1 ? "It" : "They";
   if (d.is_left_open())
     return fmt::format(
-        "It may also stand for an effect outside the catalogue: the rest of the error would need "
+        "{} may also stand for an effect outside the catalogue: the rest of the error would need "
         "{} times {}.",
-        number(std::sqrt(d.after->reduced()), 2), noise_words(d));
+        it, number(std::sqrt(d.after->reduced()), 2), noise_words(d));
   return fmt::format(
-      "It may also stand for an effect outside the catalogue: the rest of the error exceeds the "
+      "{} may also stand for an effect outside the catalogue: the rest of the error exceeds the "
       "detection threshold (chance of a false alarm {}), and no effect explains it.",
-      percent(d.rest_p_value));
+      it, percent(d.rest_p_value));
 }
 
 std::string remark_on_inconclusive(const vjm::Robot& robot, const calibration::Campaign& campaign,

@@ -82,12 +82,6 @@ void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
   run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
 }
 
-// None of the catalogue is missing, and noise as stated would hardly leave as much.
-bool leaves_misfit(const calibration::Diagnosis& diagnosis) {
-  return diagnosis.verdict == calibration::Verdict::none_needed && diagnosis.before &&
-         diagnosis.before->p_value <= calibration::certain_level;
-}
-
 // What to do with the verdict.
 std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& robot,
                             const calibration::Diagnosis& diagnosis, const Run& run) {
@@ -96,8 +90,13 @@ std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& ro
   if (diagnosis.by_kinematics)
     return report::next_step("kinetostat calibrate " + files + " -o calibrated.yaml",
                              "then diagnose with that robot file");
+  const std::string plan =
+      report::next_step(fmt::format("kinetostat plan {}{} -o next.csv", files,
+                                    file.empty() ? "" : " --diagnosis " + file),
+                        "what to read next");
   switch (diagnosis.verdict) {
     case calibration::Verdict::identified:
+      if (diagnosis.predicts_worse()) return plan;
       if (file.empty())
         return report::next_step("kinetostat study " + files + " -o study",
                                  "adopts it, compares again and plans what to read next");
@@ -108,12 +107,11 @@ std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& ro
       return report::next_step("kinetostat compare " + files + " --html compare.html",
                                "what does the rest of the error depend on?");
     default:
-      if (leaves_misfit(diagnosis))
+      if (diagnosis.verdict == calibration::Verdict::none_needed && !diagnosis.doubted &&
+          diagnosis.leaves_misfit())
         return report::next_step("kinetostat compare " + files + " --html compare.html",
                                  "what does the error depend on?");
-      return report::next_step(fmt::format("kinetostat plan {}{} -o next.csv", files,
-                                           file.empty() ? "" : " --diagnosis " + file),
-                               "what to read next");
+      return plan;
   }
 }
 

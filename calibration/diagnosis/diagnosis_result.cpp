@@ -8,11 +8,20 @@ bool Diagnosis::is_left_open() const {
   return after && after->reduced() > believable_noise * believable_noise;
 }
 
+bool Diagnosis::leaves_misfit() const { return after && after->p_value <= certain_level; }
+
 bool Diagnosis::predicts_no_better() const {
   // What is of some readings only says nothing of others.
   return std::any_of(found.begin(), found.end(), [](const FoundEffect& f) {
     return !(f.log_score_gain > 0) && !f.candidate.effect.kind->offsets_readings;
   });
+}
+
+bool Diagnosis::predicts_worse() const {
+  for (std::size_t i = 1; i < waterfall.size(); ++i)
+    if (waterfall[i].name.rfind("+ ", 0) == 0 && waterfall[i].whitened >= waterfall[i - 1].whitened)
+      return true;
+  return false;
 }
 
 std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {

@@ -59,8 +59,12 @@ struct Diagnosis {
   /// The candidate most like that rest, where the rest is no more than the error of the laws that
   /// were found.
   std::string rest_of_laws;
+  /// Noise as stated would hardly leave as much as is left with all that was found.
+  bool leaves_misfit() const;
   /// Some effect that was found does not help to predict held-out readings.
   bool predicts_no_better() const;
+  /// With some effect that was found the error of the waterfall does not fall, as adopting asks.
+  bool predicts_worse() const;
   bool or_something_else = false;  // that the catalogue lacks, may be what is missing
   std::vector<WaterfallStage> waterfall;
   /// What the robot file declares uncertain, fitted to the readings without any effect added, and

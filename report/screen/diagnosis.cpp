@@ -37,7 +37,8 @@ std::string places_in_words(const vjm::Robot& robot, const std::vector<std::stri
   std::vector<std::string> words;
   for (const std::string& place : places) {
     if (words.size() == most) {
-      words.push_back(fmt::format("{} more places", places.size() - most));
+      const std::size_t left = places.size() - most;
+      words.push_back(fmt::format("{} more place{}", left, left == 1 ? "" : "s"));
       break;
     }
     words.push_back(place_in_words(bare(robot), place));
@@ -76,6 +77,20 @@ struct Value {
   double significance = 0;  // distance from nothing, in standard deviations
 };
 
+// How fast something goes on belongs to what it is, as far as it is known.
+bool is_known_time(const vjm::EffectParameter& parameter, bool angular, double value,
+                   double deviation) {
+  return (angular ? parameter.angular : parameter.linear) == spatial::dimension::time &&
+         deviation < value / 2;
+}
+
+// As people call it: a "force" that turns something is a torque.
+std::string name_for_people(const vjm::EffectParameter& parameter, bool angular) {
+  const bool is_torque = angular && parameter.angular == spatial::dimension::moment &&
+                         parameter.name.rfind("force", 0) == 0;
+  return is_torque ? "torque" + parameter.name.substr(5) : parameter.name;
+}
+
 std::vector<Value> values_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
                              const FoundEffect& found) {
   const vjm::EffectKind& kind = *found.candidate.effect.kind;
@@ -85,19 +100,25 @@ std::vector<Value> values_of(const vjm::Robot& robot, const calibration::Campaig
     const vjm::EffectParameter& parameter = kind.parameters[k];
     const auto i = static_cast<Eigen::Index>(k);
     const double value = found.candidate.effect.values[i], deviation = found.deviations[i];
-    if (k > 0 && (parameter.is_shape || parameter.is_phase)) continue;
     const bool is_at_bound = std::isnan(deviation);
+    if (k > 0 && (parameter.is_phase ||
+                  (parameter.is_shape && !is_known_time(parameter, angular, value, deviation))))
+      continue;
     if (k > 0 && is_at_bound && value == parameter.none) continue;
     const std::string unit = unit_for_people(campaign, parameter, angular);
     const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
     const std::string number_alone =
         is_at_bound ? number(value / factor, 3) : with_error(value / factor, deviation / factor);
-    values.push_back({parameter.name,
+    values.push_back({name_for_people(parameter, angular),
                       number_alone + (unit.empty() ? "" : " " + unit_in_words(unit)) +
                           (is_at_bound ? " (at its bound)" : ""),
                       is_at_bound ? std::numeric_limits<double>::infinity()
                                   : std::abs(value - parameter.none) / deviation});
   }
+  // The first is no part of it where it ends as nothing and another one does not.
+  const bool is_none = std::isnan(found.deviations[0]) &&
+                       found.candidate.effect.values[0] == kind.parameters[0].none;
+  if (is_none && values.size() > 1) values.erase(values.begin());
   return values;
 }
 
@@ -214,10 +235,11 @@ std::string narrowed_in_words(const vjm::Robot& robot, const Decision& decision)
   if (decision.nothing > worth_a_word)
     words.push_back(fmt::format("nothing ({})", short_percent(decision.nothing)));
   if (words.size() < 2) return words.empty() ? std::string() : words.front();
-  static const char* const counts[] = {"two", "three", "four", "five"};
-  const std::string count =
-      words.size() <= 5 ? counts[words.size() - 2] : std::to_string(words.size());
-  return fmt::format("one of {}: {}", count, listed(words, "or"));
+  static const char* const counts[] = {"two",   "three", "four", "five", "six",
+                                       "seven", "eight", "nine", "ten"};
+  const std::size_t n = words.size();
+  return fmt::format("one of {}: {}", n <= 10 ? counts[n - 2] : std::to_string(n),
+                     listed(words, "or"));
 }
 
 // A list, or one answer and what else may be.
@@ -270,10 +292,9 @@ std::string nothing_in_words(const vjm::Robot& robot, const Diagnosis& d) {
         "({}), next is {}.",
         short_percent(d.doubted->decision.nothing),
         with_probability(robot, d.doubted->decision.answers.front()));
-  const auto& test = d.after ? d.after : d.before;
-  if (!test) return "Nothing is missing: no effect of the catalogue explains more.";
-  const std::string error = times(std::sqrt(test->reduced()));
-  if (test->p_value <= calibration::certain_level)
+  if (!d.after) return "Nothing is missing: no effect of the catalogue explains more.";
+  const std::string error = times(std::sqrt(d.after->reduced()));
+  if (d.leaves_misfit())
     return fmt::format(
         "Nothing that the catalogue holds is missing, but the error of the fitted model is {} "
         "times the noise.",
@@ -330,17 +351,30 @@ std::vector<std::pair<std::string, std::string>> stage_names(const vjm::Robot& r
 
 std::string error_sentence(const Diagnosis& d) {
   if (d.found.empty() || d.waterfall.size() < 3) return {};
+  const bool is_one = d.found.size() == 1;
+  const char* what = d.verdict != Verdict::unexplained ? (is_one ? "it" : "them")
+                     : is_one                          ? "the nearest effect"
+                                                       : "the nearest effects";
   return fmt::format("With {} the error on readings kept out of the fit goes {} times the noise.",
-                     d.found.size() == 1 ? "it" : "them", fall_in_words(d.waterfall));
+                     what, fall_in_words(d.waterfall));
 }
 
-std::string laws_sentences(const Diagnosis& d) {
+// " of the load", " at joint q2": whose laws they are, where several effects have some.
+std::string whose_laws(const vjm::Robot& robot, const Diagnosis& d, const Answer& answer) {
+  if (d.found.size() < 2 || answer.places.empty()) return {};
+  if (answer.places.front() == "load") return " of the load";
+  if (answer.places.front() == "sensor") return " of the instrument";
+  return " at " + places_in_words(robot, answer.places);
+}
+
+std::string laws_sentences(const vjm::Robot& robot, const Diagnosis& d) {
   std::string text;
   for (const FoundEffect& found : d.found) {
     if (std::string laws = laws_text(found.decision);
         !laws.empty() && found.decision.answers.front().laws.front().share < decisive_law) {
       std::replace(laws.begin(), laws.end(), '_', ' ');
-      text += wrapped(fmt::format("Which law: {}.", laws), 0, 2);
+      const std::string whose = whose_laws(robot, d, found.decision.answers.front());
+      text += wrapped(fmt::format("Which law{}: {}.", whose, laws), 0, 2);
     }
     if (const std::string why = inseparable_text(found.decision); !why.empty())
       text += wrapped(capitalised(why) + ".", 0, 2);
@@ -358,15 +392,19 @@ std::string remarks_text(const vjm::Robot& robot, const calibration::Campaign& c
   for (std::size_t i = 0; i < std::min(said.size(), most_remarks); ++i)
     text += wrapped(said[i], 0, 2);
   if (said.size() > most_remarks)
-    text += fmt::format("({} more with --verbose)\n", said.size() - most_remarks);
+    text += fmt::format("({} more remark{} with --verbose)\n", said.size() - most_remarks,
+                        said.size() == most_remarks + 1 ? "" : "s");
   return text;
 }
 
 std::string excluded_text(const vjm::Robot& robot, const Diagnosis& d) {
-  std::vector<std::string> words;
+  constexpr double possible = 0.01;
+  std::vector<std::string> less_likely, not_it;
   for (const auto& [name, probability] : excluded(robot, d, most_excluded))
-    words.push_back(fmt::format("{} ({})", name, odds(probability)));
-  return words.empty() ? "" : labelled("not it:", 18, listed(words, "and"));
+    (probability > possible ? less_likely : not_it)
+        .push_back(fmt::format("{} ({})", name, odds(probability)));
+  return (less_likely.empty() ? "" : labelled("less likely:", 18, listed(less_likely, "and"))) +
+         (not_it.empty() ? "" : labelled("not it:", 18, listed(not_it, "and")));
 }
 
 std::string unseen_text(const Diagnosis& d) {
@@ -461,7 +499,7 @@ std::vector<std::string> not_observable(const Diagnosis& d) {
 std::string first_screen(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d, const std::string& next) {
   std::string text = wrapped(headline(robot, campaign, d)) + wrapped(error_sentence(d)) +
-                     laws_sentences(d) + remarks_text(robot, campaign, d);
+                     laws_sentences(robot, d) + remarks_text(robot, campaign, d);
   if (const std::string bars = falling_error(d.waterfall, stage_names(robot, d)); !bars.empty())
     text += "\n" + bars;
   if (const std::string rest = excluded_text(robot, d) + unseen_text(d); !rest.empty())
