@@ -1,6 +1,5 @@
 #include "kinetostat/io/csv.h"
 
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
 #include "kinetostat/calibration/campaign/campaign.h"
 
-
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
