@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <span>
 
@@ -122,7 +123,7 @@ std::vector<Value> values_of(const vjm::Robot& robot, const calibration::Campaig
   return values;
 }
 
-// "order 2": what design fixes, where it is not what comes first.
+// "order 2": what design fixes, where it is not what comes first; along a slide "pitch 20 mm".
 std::vector<std::string> designs_in_words(const vjm::Robot& robot, const FoundEffect& found) {
   const vjm::Effect& effect = found.candidate.effect;
   const bool angular = vjm::turns(effect, bare(robot));
@@ -131,6 +132,10 @@ std::vector<std::string> designs_in_words(const vjm::Robot& robot, const FoundEf
     const vjm::EffectParameter& p = effect.kind->parameters[k];
     const std::vector<double>& usual = angular ? p.usual_angular : p.usual_linear;
     const double value = effect.values[static_cast<Eigen::Index>(k)];
+    if (p.is_order && !angular) {
+      words.push_back(fmt::format("pitch {} mm", number(2e3 * std::numbers::pi / value, 3)));
+      continue;
+    }
     const auto number_of =
         static_cast<std::size_t>(std::find(usual.begin(), usual.end(), value) - usual.begin());
     if (usual.size() > 1 && value != usual.front())
