@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -121,11 +122,36 @@ MatrixXd column_of(const Campaign& campaign, const Covariate& covariate) {
   return numbers_of(campaign, [&](std::size_t i) { return covariate.number(i).value_or(mean); });
 }
 
-// Whether it says little but the time or the temperature, which have names of their own.
+MatrixXd with_sizes(const MatrixXd& numbers) {
+  return beside(beside(numbers, numbers.cwiseAbs()), numbers.rowwise().norm());
+}
+
+// What has names of its own, and what was read, from which some columns are computed.
+MatrixXd known_of(const Campaign& campaign, const MatrixXd& conditions, const MatrixXd& loads) {
+  MatrixXd read = MatrixXd::Zero(static_cast<Index>(campaign.readings.size()), campaign.size());
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    for (const Index component : components_in_use(campaign.readings[i]))
+      read(static_cast<Index>(i), component) = campaign.readings[i].displacement[component];
+  return span_of(standardised(beside(conditions, beside(with_sizes(loads), with_sizes(read)))),
+                 1e-6);
+}
+
+// Whether a column says little that is new (Ezekiel's adjusted R^2).
 bool follows(const MatrixXd& column, const MatrixXd& known) {
-  constexpr double closely = 0.9;
-  return column.cols() == 1 && known.cols() == 1 &&
-         std::abs(column.col(0).dot(known.col(0))) > closely * static_cast<double>(column.rows());
+  constexpr double closely = 0.8;
+  const auto n = static_cast<double>(column.rows()), k = static_cast<double>(known.cols());
+  if (n < k + 2) return true;
+  const double rest = 1 - (known.transpose() * column).squaredNorm() / column.squaredNorm();
+  return 1 - rest * (n - 1) / (n - k - 1) > closely;
+}
+
+std::vector<std::pair<std::string, MatrixXd>> new_columns(const Campaign& campaign,
+                                                          const MatrixXd& known) {
+  std::vector<std::pair<std::string, MatrixXd>> result;
+  for (const Covariate& covariate : campaign.covariates)
+    if (MatrixXd column = column_of(campaign, covariate); !follows(column, known))
+      result.emplace_back(covariate.name, std::move(column));
+  return result;
 }
 
 MatrixXd branches_of(const Campaign& campaign) {
@@ -255,6 +281,7 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
   const auto time = [&](std::size_t i) { return campaign.readings[i].time.value_or(0); };
   const auto heat = [&](std::size_t i) { return campaign.readings[i].temperature.value_or(0); };
   const MatrixXd times = numbers_of(campaign, time), heats = numbers_of(campaign, heat);
+  const auto further = new_columns(campaign, known_of(campaign, beside(times, heats), loads));
   const auto uncertain = std::make_shared<const MatrixXd>(of_unit_length(ways.uncertain));
   const std::string time_in_words =
       is_read_in_turn(campaign) ? "time or posture, which change together here" : "time";
@@ -274,12 +301,8 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
       add("load and time in the cycle together" + how, SmoothOver::other, beside(loads, held),
           columns, {0, 1});
     add("temperature" + how, SmoothOver::temperature, heats, columns, {0, 2.5, 1});
-    for (const Covariate& covariate : campaign.covariates) {
-      const MatrixXd column = column_of(campaign, covariate);
-      if (!follows(column, times) && !follows(column, heats))
-        add(fmt::format("the column '{}'{}", covariate.name, how), SmoothOver::other, column,
-            columns, {0, 1});
-    }
+    for (const auto& [name, column] : further)
+      add(fmt::format("the column '{}'{}", name, how), SmoothOver::other, column, columns, {0, 1});
   };
   add_through(std::make_shared<const MatrixXd>(components_of(campaign, values)), "");
   add_through(std::make_shared<const MatrixXd>(of_unit_length(ways.force)),

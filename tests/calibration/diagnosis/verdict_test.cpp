@@ -604,6 +604,19 @@ TEST(Verdict, NamesTheColumnOnWhichAnErrorDepends) {
     }
 }
 
+// The error that a lab has computed from its readings explains their noise, and says nothing new.
+TEST(Verdict, TakesNoColumnThatIsComputedFromTheReadings) {
+  Laboratory laboratory(slide);
+  Campaign campaign = laboratory.measure(loops(8));
+  Covariate error{.name = "error", .values = {}};
+  for (const Reading& reading : campaign.readings)
+    error.values.push_back(
+        fmt::format("{}", reading.displacement[2] - reading.load.force[2] / 1e6));
+  campaign.covariates = {error};
+  const Diagnosis d = laboratory.diagnose(campaign, {"friction", "clearance", "creep"});
+  EXPECT_EQ(d.verdict, Verdict::none_needed) << d.left.depends_on;
+}
+
 // A mass weighs nothing where the robot file does not say which way is down.
 TEST(Verdict, SaysThatGravityIsMissing) {
   Laboratory laboratory(
