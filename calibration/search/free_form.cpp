@@ -93,10 +93,12 @@ MatrixXd times_in_cycle(const Campaign& campaign) {
 }
 
 double mean_of(const Covariate& covariate) {
-  double sum = 0;
-  int known = 0;
+  double sum = 0, known = 0;
   for (std::size_t i = 0; i < covariate.values.size(); ++i)
-    if (const std::optional<double> number = covariate.number(i)) sum += *number, ++known;
+    if (const std::optional<double> number = covariate.number(i)) {
+      sum += *number;
+      ++known;
+    }
   return known == 0 ? 0 : sum / known;
 }
 
