@@ -304,7 +304,7 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
           columns, {0, 1});
     add("temperature" + how, SmoothOver::temperature, heats, columns, {0, 2.5, 1});
     for (const auto& [name, column] : further)
-      add(fmt::format("the column '{}'{}", name, how), SmoothOver::other, column, columns, {0, 1});
+      add(fmt::format("the column '{}'{}", name, how), SmoothOver::column, column, columns, {0, 1});
   };
   add_through(std::make_shared<const MatrixXd>(components_of(campaign, values)), "");
   add_through(std::make_shared<const MatrixXd>(of_unit_length(ways.force)),
@@ -312,6 +312,7 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
   add_through(uncertain, ", as a change of what is uncertain does");
   add_memory(campaign, values, *uncertain);
   for (const FreeFormWays::Drive& drive : ways.drives) add_law(drive);
+  share_prior();
 }
 
 void FreeForm::add(const std::string& depends_on, SmoothOver over, MatrixXd of_reading,
@@ -344,6 +345,18 @@ void FreeForm::add_law(const FreeFormWays::Drive& drive) {
   for (const double length : {1.0, 0.4})
     processes_.push_back({"the load of " + drive.name + ", as a law of that drive does",
                           SmoothOver::other, load, columns, length, drive.name});
+}
+
+// Few of the columns that a table has beside the known ones mean anything.
+void FreeForm::share_prior() {
+  constexpr double share_of_columns = 0.02;
+  const auto is_column = [](const Process& process) { return process.over == SmoothOver::column; };
+  const auto columns =
+      static_cast<double>(std::count_if(processes_.begin(), processes_.end(), is_column));
+  const double known = static_cast<double>(processes_.size()) - columns;
+  const double share = columns == 0 ? 0 : share_of_columns;
+  for (Process& process : processes_)
+    process.log_prior = std::log(is_column(process) ? share / columns : (1 - share) / known);
 }
 
 // Kernel = root root', by a Cholesky factorisation with pivots that ends when little is left
@@ -396,7 +409,7 @@ FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double exponent)
   double most = 0;
   for (std::size_t p = 0; p < processes_.size(); ++p) {
     const Process& process = processes_[p];
-    logs.push_back(log_evidence(spectra[p], exponent));
+    logs.push_back(log_evidence(spectra[p], exponent) + process.log_prior);
     if (result.depends_on.empty() || logs.back() > most) {
       most = logs.back();
       result.depends_on = process.depends_on;
@@ -405,11 +418,10 @@ FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double exponent)
     }
   }
   if (logs.empty()) return result;
-  result.log = log_mean_exp(logs);
+  result.log = log_mean_exp(logs) + std::log(static_cast<double>(logs.size()));
   std::map<std::pair<SmoothOver, std::string>, double> shares;
-  const double sum = result.log + std::log(static_cast<double>(logs.size()));
   for (std::size_t i = 0; i < logs.size(); ++i)
-    shares[{processes_[i].over, processes_[i].drive}] += std::exp(logs[i] - sum);
+    shares[{processes_[i].over, processes_[i].drive}] += std::exp(logs[i] - result.log);
   for (const auto& [of, share] : shares) result.shared.push_back({of.first, of.second, share});
   return result;
 }

@@ -15,7 +15,7 @@
 namespace kinetostat::calibration {
 
 /// What an unmodelled smooth error changes with, as far as that distinguishes effects.
-enum class SmoothOver { other, time, temperature, earlier_loads };
+enum class SmoothOver { other, time, temperature, earlier_loads, column };
 
 struct FreeFormEvidence {
   /// Logarithm of the evidence of an unmodelled smooth error over that of noise alone. Averaged
@@ -57,7 +57,8 @@ struct FreeFormWays {
 /// table, smooth or straight, that acts on the displacements themselves, as a force on the
 /// platform, or as a change of what is uncertain; a memory of earlier loads by what is uncertain,
 /// that fades with time; or a drive whose stiffness is an unknown function of its own deflection.
-/// The amplitude of each has a log-uniform prior; the processes are equally likely.
+/// The amplitude of each has a log-uniform prior; the processes are equally likely, but for further
+/// columns, which are 0.02 of all.
 class FreeForm {
  public:
   FreeForm(const Campaign& campaign, const std::vector<Value>& values, const FreeFormWays& ways);
@@ -76,7 +77,9 @@ class FreeForm {
     std::shared_ptr<const Eigen::MatrixXd> of_reading, columns;  // many processes share them
     double length;           // over which it changes; 0: it is straight
     std::string drive = {};  // whose law it is
+    double log_prior = 0;    // all that are known are as likely, and columns of the table less so
   };
+  void share_prior();
   void add(const std::string& depends_on, SmoothOver over, Eigen::MatrixXd of_reading,
            const std::shared_ptr<const Eigen::MatrixXd>& columns,
            std::initializer_list<double> lengths);
