@@ -90,10 +90,9 @@ std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& ro
   if (diagnosis.by_kinematics)
     return report::next_step("kinetostat calibrate " + files + " -o calibrated.yaml",
                              "then diagnose with that robot file");
-  const std::string plan =
-      report::next_step(fmt::format("kinetostat plan {}{} -o next.csv", files,
-                                    file.empty() ? "" : " --diagnosis " + file),
-                        "what to read next");
+  std::string plan = report::next_step(fmt::format("kinetostat plan {}{} -o next.csv", files,
+                                                   file.empty() ? "" : " --diagnosis " + file),
+                                       "what to read next");
   switch (diagnosis.verdict) {
     case calibration::Verdict::identified:
       if (diagnosis.predicts_worse()) return plan;

@@ -395,7 +395,8 @@ const std::vector<FreeForm::Spectrum>& FreeForm::spectra_in(const ResidualSpace&
         known.space.residual() == space.residual() && known.space.basis() == space.basis())
       return known.spectra;
   if (known_.size() == most_known) known_.pop_front();
-  Known& known = known_.emplace_back(space, std::vector<Spectrum>());
+  known_.push_back({space, {}});
+  Known& known = known_.back();
   for (const Process& process : processes_)
     known.spectra.push_back(spectrum(root_of_kernel(process), space));
   return known.spectra;
