@@ -35,9 +35,10 @@ std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
   }
   std::vector<UnseenKind> unseen;
   for (const auto& [name, kind] : kinds) {
+    const std::string& own = name;
     const bool is_found = std::any_of(
         diagnosis.found.begin(), diagnosis.found.end(),
-        [&](const FoundEffect& found) { return found.candidate.effect.kind->name == name; });
+        [&](const FoundEffect& found) { return found.candidate.effect.kind->name == own; });
     if (kind.detectability < discriminable_from && !is_found) unseen.push_back(kind);
   }
   for (const KindWithoutPlace& kind : diagnosis.without_place)
