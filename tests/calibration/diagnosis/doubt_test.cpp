@@ -9,6 +9,7 @@
 #include "kinetostat/report/screen/diagnosis.h"
 
 #include "calibration/laboratory.h"
+#include "calibration/load_loops.h"
 
 namespace kinetostat::calibration::doubt_test {
 namespace {
@@ -24,23 +25,12 @@ std::string slide() {
          "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n";
 }
 
-std::string loops() {
-  std::string csv = "id,cycle,step,time,fz\n";
-  int n = 0;
-  for (const char* cycle : {"1", "2"})
-    for (const int load : {0, 300, 600, 900, 600, 300, 0, -300, -600, -900, -600, -300, 0}) {
-      ++n;
-      csv += fmt::format("a{0},{1},{0},{2},{3}\n", n, cycle, 35 * n, load);
-    }
-  return csv;
-}
-
 // The same noise each time, and friction of this force [N]: k sigma is 0.5 N.
 struct Said {
   explicit Said(double force) {
     if (force > 0)
       laboratory.hide("friction", "q", fmt::format("force={} N,presliding=3 um", force));
-    campaign = laboratory.measure(loops());
+    campaign = laboratory.measure(test::loops(2));
     diagnosis = laboratory.diagnose(campaign, kinds);
   }
   Laboratory laboratory{slide()};

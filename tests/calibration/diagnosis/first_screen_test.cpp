@@ -6,11 +6,13 @@
 #include "kinetostat/report/screen/diagnosis.h"
 
 #include "calibration/laboratory.h"
+#include "calibration/load_loops.h"
 
 namespace kinetostat::calibration::first_screen_test {
 namespace {
 
 using test::Laboratory;
+using test::loops;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
@@ -27,18 +29,6 @@ std::string said_of(const Laboratory& laboratory, const Campaign& campaign,
                     const std::vector<std::string>& kinds) {
   return report::first_screen(laboratory.robot(), campaign, laboratory.diagnose(campaign, kinds),
                               "");
-}
-
-// Load cycles, up and down and reversed.
-std::string loops(const std::string& load) {
-  std::string csv = "id,cycle,step,time," + load + "\n";
-  int n = 0, time = 0;
-  for (int run = 1; run <= 4; ++run)
-    for (const int force : {0, 300, 600, 900, 600, 300, 0, -300, -600, -900, -600, -300, 0}) {
-      time += 60 + 7 * n % 11;
-      csv += fmt::format("a{0},{1},{0},{2},{3}\n", ++n, run, time, force);
-    }
-  return csv;
 }
 
 // A ripple along a slide has a pitch, not 314 waves a metre.
@@ -58,7 +48,7 @@ TEST(FirstScreen, SaysThePitchOfARipple) {
 TEST(FirstScreen, CallsATorqueATorque) {
   Laboratory laboratory(robot_of("axis: Ry, stiffness: 8.0e4 N m/rad"));
   laboratory.hide("friction", "q", "force=25 N m,presliding=0.0002 rad,gradual=1");
-  const std::string said = said_of(laboratory, laboratory.measure(loops("fz")), {"friction"});
+  const std::string said = said_of(laboratory, laboratory.measure(loops(4)), {"friction"});
   EXPECT_THAT(said, ContainsRegex("torque 2[0-9.]+ \\+- [0-9.]+ N m"));
   EXPECT_THAT(said, Not(HasSubstr("force")));
 }
@@ -67,7 +57,7 @@ TEST(FirstScreen, CallsATorqueATorque) {
 TEST(FirstScreen, SaysHowFastACreepIs) {
   Laboratory laboratory(robot_of("axis: Tz, stiffness: 1000"));
   laboratory.hide("creep", "q", "c=0.0002 mm/N,tau=200 s");
-  const std::string said = said_of(laboratory, laboratory.measure(loops("fz")), {"creep"});
+  const std::string said = said_of(laboratory, laboratory.measure(loops(4)), {"creep"});
   EXPECT_THAT(said, ContainsRegex("tau (19[0-9]|20[0-9])"));
 }
 
@@ -75,7 +65,7 @@ TEST(FirstScreen, SaysHowFastACreepIs) {
 TEST(FirstScreen, SaysWhatIsLeftBeyondTheStatedNoise) {
   Laboratory laboratory(robot_of("axis: Tz, stiffness: 1000"));
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
-  Campaign campaign = laboratory.measure(loops("fz"));
+  Campaign campaign = laboratory.measure(loops(4));
   EXPECT_THAT(said_of(laboratory, campaign, {"friction"}), Not(HasSubstr("What is left")));
   for (Reading& reading : campaign.readings) reading.sigma /= 1.6;
   EXPECT_THAT(said_of(laboratory, campaign, {"friction"}),

@@ -12,29 +12,19 @@
 #include "kinetostat/common/error.h"
 
 #include "calibration/laboratory.h"
+#include "calibration/load_loops.h"
 
 namespace kinetostat::calibration::verdict_test {
 namespace {
 
 using test::Laboratory;
+using test::loops;
 using testing::HasSubstr;
 
 const std::string slide =
     "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  cell:\n"
     "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n"
     "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n";
-
-// Load cycles, up and down and reversed, one reading every 30 to 40 s.
-std::string loops(int runs = 3) {
-  std::string csv = "id,cycle,step,time,fz\n";
-  int n = 0, time = 0;
-  for (int run = 1; run <= runs; ++run)
-    for (const int load : {0, 300, 600, 900, 600, 300, 0, -300, -600, -900, -600, -300, 0}) {
-      time += 30 + 7 * n % 11;
-      csv += fmt::format("a{0},{1},{0},{2},{3}\n", ++n, run, time, load);
-    }
-  return csv;
-}
 
 // With noise that is stated fifty times too small nothing explains the readings; friction that is
 // really there is then not all that may be missing.
