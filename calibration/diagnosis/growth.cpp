@@ -7,6 +7,7 @@
 #include <string>
 
 #include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/search/pair_screen.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 
 namespace kinetostat::calibration {
@@ -250,19 +251,17 @@ class Grower {
     return starts;
   }
 
-  // To first order, by Schwarz's criterion; but for what the rounds have seen beside what is there.
+  // To first order; but for what the rounds have seen beside what is there.
   bool promises_more(const CandidatePair& pair) const {
     if (std::all_of(found_.begin(), found_.end(), [&](const FoundEffect& f) {
           return f.candidate.name() == pair.names[0] || f.candidate.name() == pair.names[1];
         }))
       return false;
     const BaseFit &without = model_.without, &with = model_.fit;
-    const double more_explained = pair.explained - without.squared_error + with.squared_error;
-    const auto fewer_values =
-        static_cast<double>(with.estimated - without.estimated - pair.columns);
-    return 0.5 * exponent_of(with) *
-               (more_explained + fewer_values * std::log(static_cast<double>(with.values))) >
-           doubtful;
+    const double more = promise(pair.explained, pair.columns, with.values) -
+                        promise(without.squared_error - with.squared_error,
+                                with.estimated - without.estimated, with.values);
+    return 0.5 * exponent_of(with) * more > doubtful;
   }
 
   void keep_first(std::size_t count) {

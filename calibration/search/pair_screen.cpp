@@ -22,6 +22,10 @@ double normal_deviate(double chi_square, double k) {
 
 }  // namespace
 
+double promise(double explained, Index columns, Index values) {
+  return explained - std::log(static_cast<double>(values)) * static_cast<double>(columns);
+}
+
 PairScreen::PairScreen(const Screen& screen, const std::vector<std::size_t>& members)
     : dimension_(screen.dimension()) {
   Index columns = 0;

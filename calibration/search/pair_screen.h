@@ -9,6 +9,10 @@
 
 namespace kinetostat::calibration {
 
+/// What explains so much of the square of a residual promises: twice its log evidence, to first
+/// order, with so many columns that act on so many values (Schwarz, Ann. Stat. 6, 1978).
+double promise(double explained, Eigen::Index columns, Eigen::Index values);
+
 /// All pairs of some signatures, prepared for many residuals: the score test of a pair uses both
 /// spans together.
 class PairScreen {

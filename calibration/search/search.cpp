@@ -492,8 +492,7 @@ std::vector<std::size_t> Search::most_explaining(const Screen& screen,
   return signatures;
 }
 
-// Of candidates that are not alike: by what they promise, less what noise would give as many
-// columns (Schwarz, Ann. Stat. 6, 1978).
+// Of candidates that are not alike, those that promise most.
 void Search::find_pairs(const Screen& screen, const VectorXd& residual, DiagnosisStep& step) const {
   constexpr double alike = 0.9;
   const std::vector<std::size_t> members = most_explaining(screen, residual);
@@ -508,12 +507,10 @@ void Search::find_pairs(const Screen& screen, const VectorXd& residual, Diagnosi
                        explained[p].first,
                        explained[p].second});
   }
-  const double cost = std::log(static_cast<double>(values_.size()));
-  const auto promise = [cost](const CandidatePair& pair) {
-    return pair.explained - cost * static_cast<double>(pair.columns);
-  };
-  std::stable_sort(found.begin(), found.end(),
-                   [&](const auto& a, const auto& b) { return promise(a) > promise(b); });
+  const auto n = static_cast<Index>(values_.size());
+  std::stable_sort(found.begin(), found.end(), [n](const auto& a, const auto& b) {
+    return promise(a.explained, a.columns, n) > promise(b.explained, b.columns, n);
+  });
   found.resize(std::min(found.size(), most_pairs));
   step.pairs = std::move(found);
 }
