@@ -39,6 +39,24 @@ bool is_fixed(const Candidate& candidate, Index value) {
   return std::find(candidate.fixed.begin(), candidate.fixed.end(), value) != candidate.fixed.end();
 }
 
+// Whether nothing weighs in the model with these effects.
+bool is_weightless(const vjm::Manipulator& bare, const std::vector<vjm::Effect>& present) {
+  return !vjm::with_effects(bare, present).has_weight();
+}
+
+// Whether the columns of two signatures are the same but for their lengths.
+bool point_alike(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  constexpr double nearly = 0.01;  // between unit vectors
+  if (a.cols() != b.cols()) return false;
+  for (Index k = 0; k < a.cols(); ++k) {
+    const double lengths = a.col(k).norm() * b.col(k).norm();
+    if (lengths == 0 ? a.col(k).norm() != b.col(k).norm()
+                     : a.col(k).dot(b.col(k)) < (1 - nearly * nearly / 2) * lengths)
+      return false;
+  }
+  return true;
+}
+
 // Whether a value is the order of another one of its kind at its place.
 bool is_taken(const vjm::Effect& effect, Index value, double order,
               const std::vector<vjm::Effect>& present) {
@@ -312,6 +330,9 @@ std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipul
   for (Index k = 0; k < candidate.effect.values.size(); ++k) {
     const std::vector<double>& usual = usual_values(candidate.effect, k, bare);
     if (usual.empty() || is_fixed(candidate, k)) continue;
+    if (candidate.effect.kind->parameters[static_cast<std::size_t>(k)].is_of_weight &&
+        is_weightless(bare, present))
+      continue;
     std::vector<Candidate> more;
     for (const Candidate& design : designs)
       for (const double value : usual) {
@@ -326,6 +347,24 @@ std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipul
     return &design != designs.data() && !vjm::can_act(design.effect, bare);
   });
   return designs;
+}
+
+void CandidateSignatures::drop_repetitions() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto end = all.begin() + static_cast<std::ptrdiff_t>(kept);
+    if (std::any_of(all.begin(), end, [&](const Signature& earlier) {
+          return point_alike(earlier.columns, all[i].columns);
+        }))
+      continue;
+    if (kept != i) {
+      all[kept] = std::move(all[i]);
+      starts[kept] = std::move(starts[i]);
+    }
+    ++kept;
+  }
+  all.resize(kept);
+  starts.resize(kept);
 }
 
 }  // namespace kinetostat::calibration

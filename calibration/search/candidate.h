@@ -84,7 +84,7 @@ bool is_of_series(const vjm::EffectKind& kind);
 bool may_act_again(const vjm::EffectKind& kind);
 
 /// The candidate with each of the values that design may have fixed, but for the orders of those
-/// of its kind that act at its place already.
+/// of its kind that act at its place already, and for what becomes of weight where nothing weighs.
 std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare,
                                   const std::vector<vjm::Effect>& present = {});
 
@@ -93,6 +93,9 @@ struct CandidateSignatures {
   std::vector<Signature> all;
   std::vector<Candidate> starts;  // the candidate at the size of each signature
   std::string failure;            // why there are none
+
+  /// Drops those of which every column points as one of an earlier signature does.
+  void drop_repetitions();
 };
 
 }  // namespace kinetostat::calibration

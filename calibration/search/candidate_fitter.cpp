@@ -583,6 +583,7 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
                    signatures, progress);
   }
   if (!signatures.all.empty()) signatures.failure.clear();
+  signatures.drop_repetitions();
   return signatures;
 }
 

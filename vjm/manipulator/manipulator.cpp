@@ -85,11 +85,17 @@ bool Manipulator::is_within_elastic_body(std::size_t chain) const {
   return false;
 }
 
+bool Manipulator::has_weight() const {
+  return std::any_of(elastic_bodies_.begin(), elastic_bodies_.end(),
+                     [&](const ElasticBody& body) { return body.has_weight(gravity_); }) ||
+         (!gravity_.isZero(0) &&
+          std::any_of(chains_.begin(), chains_.end(),
+                      [](const Chain& chain) { return !chain.masses().empty(); }));
+}
+
 bool Manipulator::is_relaxed_when_unloaded() const {
-  for (const ElasticBody& body : elastic_bodies_)
-    if (body.has_weight(gravity_)) return false;
+  if (has_weight()) return false;
   for (const Chain& chain : chains_) {
-    if (!chain.masses().empty() && !gravity_.isZero(0)) return false;
     if (chain.has_errors() || !chain.laws().empty() || !chain.transmission_errors().empty())
       return false;
     for (const Spring& spring : chain.springs())

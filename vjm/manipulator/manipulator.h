@@ -58,6 +58,8 @@ class Manipulator {
   Manipulator with_chain(std::size_t index, Chain chain) const;
   /// With as many chains exchanged as it has: between the same bodies.
   Manipulator with_chains(std::vector<Chain> chains) const { return {*this, std::move(chains)}; }
+  /// Whether gravity pulls at anything.
+  bool has_weight() const;
   /// Whether a posture is an equilibrium by itself: no weight, no geometric errors, no passive
   /// springs or stops that could press.
   bool is_relaxed_when_unloaded() const;
