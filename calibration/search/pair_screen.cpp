@@ -35,7 +35,7 @@ PairScreen::PairScreen(const Screen& screen, const std::vector<std::size_t>& mem
   }
   basis_.resize(screen.span(0).rows(), columns);
   for (std::size_t m = 0; m < members.size(); ++m)
-    basis_.middleCols(members_[m].at, members_[m].size) = screen.span(members[m]);
+    basis_.middleCols(members_[m].at, members_[m].size) = screen.span(members[m]).cast<double>();
   const MatrixXd cosines = basis_.transpose() * basis_;
   for (std::size_t a = 0; a < members_.size(); ++a)
     for (std::size_t b = a + 1; b < members_.size(); ++b) {

@@ -58,7 +58,7 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
     detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
     // Rounding of the part that the fit produces is no signature either.
     const MatrixXd span = span_of(left, std::max(least_visible, 1e-7 * columns_seen.norm()));
-    basis_.middleCols(first_.back(), span.cols()) = span;
+    basis_.middleCols(first_.back(), span.cols()) = span.cast<float>();
     first_.push_back(first_.back() + span.cols());
   }
   basis_.conservativeResize(Eigen::NoChange, first_.back());
@@ -67,7 +67,7 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
 Score Screen::score(std::size_t i, const VectorXd& residual) const {
   return {.detectability = detectability_[i],
           .dimension = size_of(i),
-          .explained = (span(i).transpose() * residual).squaredNorm(),
+          .explained = (span(i).transpose().cast<double>() * residual).squaredNorm(),
           .handicap = handicap_[i]};
 }
 
@@ -88,7 +88,7 @@ double Screen::significance(const Score& score, double total) const {
 
 std::vector<std::pair<double, std::size_t>> Screen::largest_significance(
     const MatrixXd& residuals) const {
-  const MatrixXd along = basis_.transpose() * residuals;
+  const Eigen::MatrixXf along = basis_.transpose() * residuals.cast<float>();
   std::vector<std::pair<double, std::size_t>> largest;
   for (Index column = 0; column < residuals.cols(); ++column)
     largest.push_back(most_significant(along.col(column), residuals.col(column).squaredNorm()));
@@ -96,7 +96,8 @@ std::vector<std::pair<double, std::size_t>> Screen::largest_significance(
 }
 
 // Among spans of one dimension the one that explains most is the most significant.
-std::pair<double, std::size_t> Screen::most_significant(const VectorXd& along, double total) const {
+std::pair<double, std::size_t> Screen::most_significant(const Eigen::VectorXf& along,
+                                                        double total) const {
   std::map<Index, std::pair<double, std::size_t>> explaining;  // of each dimension the most
   for (std::size_t i = 0; i < size(); ++i) {
     const double explained = along.segment(first_[i], size_of(i)).squaredNorm();
@@ -122,7 +123,7 @@ std::pair<double, std::size_t> Screen::largest_of_chosen(const VectorXd& residua
 
 double Screen::confusion(std::size_t i, std::size_t j) const {
   if (size_of(i) == 0 || size_of(j) == 0) return 0;
-  const MatrixXd cosines = span(i).transpose() * span(j);
+  const MatrixXd cosines = (span(i).transpose() * span(j)).cast<double>();
   return std::min(1.0, spatial::singular_value_decomposition(cosines).values[0]);
 }
 

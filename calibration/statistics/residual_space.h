@@ -68,7 +68,8 @@ struct Score {
   double handicap = 0;         // of its signature
 };
 
-/// Signatures prepared for many residuals: orthonormal columns U_i that span N S_i.
+/// Signatures prepared for many residuals: orthonormal columns U_i that span N S_i, in single
+/// precision: with many readings they are most of the memory of a diagnosis.
 class Screen {
  public:
   Screen(const ResidualSpace& space, const std::vector<Signature>& signatures);
@@ -79,7 +80,7 @@ class Screen {
   std::size_t size() const { return detectability_.size(); }
   double detectability(std::size_t i) const { return detectability_[i]; }
   /// Orthonormal columns; none where nothing can be seen.
-  Eigen::MatrixXd::ConstColsBlockXpr span(std::size_t i) const {
+  Eigen::MatrixXf::ConstColsBlockXpr span(std::size_t i) const {
     return basis_.middleCols(first_[i], size_of(i));
   }
   Eigen::Index dimension() const { return dimension_; }  // of the residual
@@ -103,11 +104,11 @@ class Screen {
 
  private:
   Eigen::Index size_of(std::size_t i) const { return first_[i + 1] - first_[i]; }
-  std::pair<double, std::size_t> most_significant(const Eigen::VectorXd& along, double total) const;
+  std::pair<double, std::size_t> most_significant(const Eigen::VectorXf& along, double total) const;
   double significance(const Score& score, double total) const;
 
   Eigen::Index dimension_;
-  Eigen::MatrixXd basis_;            // all spans side by side
+  Eigen::MatrixXf basis_;            // all spans side by side
   std::vector<Eigen::Index> first_;  // column of each, and where the last one ends
   std::vector<double> detectability_, handicap_;
 };

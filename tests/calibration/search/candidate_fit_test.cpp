@@ -43,6 +43,8 @@ TEST(ResidualSpace, KeepsWhatIsNotConfoundedWithTheFit) {
   EXPECT_LT((space.left_of(column) - by_least_squares).norm(), 1e-10);
 }
 
+constexpr double single = 1e-6;  // precision in which spans are kept
+
 TEST(Screen, DetectabilityIsTheLengthThatIsLeftAndConfusionItsCosine) {
   MatrixXd fitted = MatrixXd::Zero(5, 1);
   fitted(0, 0) = 3;
@@ -54,10 +56,10 @@ TEST(Screen, DetectabilityIsTheLengthThatIsLeftAndConfusionItsCosine) {
   const Screen screen(space, {{a}, {b}, {c}, {a + b}});
   EXPECT_NEAR(screen.detectability(0), 5, 1e-12);
   EXPECT_NEAR(screen.confusion(0, 1), 0, 1e-12);
-  EXPECT_NEAR(screen.confusion(0, 3), std::sqrt(0.5), 1e-12);
+  EXPECT_NEAR(screen.confusion(0, 3), std::sqrt(0.5), single);
   // The third is nothing but what is fitted anyway.
   EXPECT_EQ(screen.score(2, space.residual()).dimension, 0);
-  EXPECT_NEAR(screen.score(0, space.residual()).explained, 0.36, 1e-12);
+  EXPECT_NEAR(screen.score(0, space.residual()).explained, 0.36, single);
 }
 
 TEST(Screen, FindsTheLargestSignificanceOfManyResidualsAtOnce) {
@@ -70,8 +72,8 @@ TEST(Screen, FindsTheLargestSignificanceOfManyResidualsAtOnce) {
     const VectorXd residual = residuals.col(column);
     const auto [most, where] = largest[static_cast<std::size_t>(column)];
     for (std::size_t i = 0; i < screen.size(); ++i)
-      EXPECT_LE(screen.significance(screen.score(i, residual), residual), most + 1e-9) << i;
-    EXPECT_NEAR(screen.significance(screen.score(where, residual), residual), most, 1e-9);
+      EXPECT_LE(screen.significance(screen.score(i, residual), residual), most + 10 * single) << i;
+    EXPECT_NEAR(screen.significance(screen.score(where, residual), residual), most, 10 * single);
   }
 }
 
@@ -86,7 +88,7 @@ TEST(Screen, OfWhatIsSeenOtherwiseIsThatOfTheSignaturesTurned) {
   ASSERT_EQ(screen.size(), expected.size());
   for (std::size_t i = 0; i < screen.size(); ++i) {
     EXPECT_EQ(screen.detectability(i), expected.detectability(i));
-    EXPECT_EQ(MatrixXd(screen.span(i)), MatrixXd(expected.span(i)));
+    EXPECT_EQ(Eigen::MatrixXf(screen.span(i)), Eigen::MatrixXf(expected.span(i)));
   }
 }
 
