@@ -102,7 +102,7 @@ std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
         "effect improves the prediction of held-out readings, or is far more probable than no "
         "missing effect.",
         percent(d.steps[0].max_score.p_value)));
-  if (d.leaves_misfit())
+  if (d.leaves_misfit() && !d.shares_noise())
     result.push_back(misfit_in_words("The misfit", d) +
                      "an effect is missing that is not observable in these readings.");
   return result;
@@ -147,7 +147,7 @@ std::string remark_on_unexplained(const Diagnosis& d) {
   if (d.found.empty() && d.is_left_open())
     return fmt::format(
         "No effect explains these readings: with the model as it is, they would have {} times {}.",
-        number(std::sqrt(d.after->reduced()), 2), noise_words(d));
+        number(std::sqrt(d.misfit), 2), noise_words(d));
   if (d.left.p_value() >= calibration::structure_level) return {};
   return left_text(d.found.empty() ? "No effect of the catalogue explains the rest of the error. It"
                                    : "The nearest effect leaves too much unexplained, and the rest",
@@ -164,7 +164,7 @@ std::string remark_on_rest(const Diagnosis& d) {
   if (d.predicts_worse())
     return "Readings kept out of the fit are predicted worse with it: too few readings show it to "
            "predict the others, and 'kinetostat adopt' refuses it.";
-  if (d.leaves_misfit())
+  if (d.leaves_misfit() && !d.shares_noise())
     return misfit_in_words("What is left", d) + "something else is missing, too.";
   return {};
 }
@@ -179,7 +179,7 @@ std::string remark_on_found(const Diagnosis& d) {
     return fmt::format(
         "{} may also stand for an effect outside the catalogue: the rest of the error would need "
         "{} times {}.",
-        it, number(std::sqrt(d.after->reduced()), 2), noise_words(d));
+        it, number(std::sqrt(d.misfit), 2), noise_words(d));
   return fmt::format(
       "{} may also stand for an effect outside the catalogue: the rest of the error exceeds the "
       "detection threshold (chance of a false alarm {}), and no effect explains it.",

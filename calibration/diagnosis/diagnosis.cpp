@@ -267,6 +267,9 @@ void take_growth(const Search& search, const Noise& noise, Growth& growth, Diagn
   d.doubted = std::move(growth.doubted);
   const Model& model = growth.model;
   d.after = test_of(model.fit, noise);
+  if (d.after)
+    d.misfit = search.correlated_noise().squared_error(model.fit) /
+               static_cast<double>(d.after->degrees_of_freedom);
   if (!d.found.empty()) {
     d.above_free_form = above_free_form(model, d.found, search, d.free_form);
     take_rest(d);

@@ -5,7 +5,7 @@
 
 namespace kinetostat::calibration {
 bool Diagnosis::is_left_open() const {
-  return after && after->reduced() > believable_noise * believable_noise;
+  return after && misfit > believable_noise * believable_noise;
 }
 
 bool Diagnosis::leaves_misfit() const { return after && after->p_value <= certain_level; }

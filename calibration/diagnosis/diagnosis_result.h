@@ -45,6 +45,10 @@ struct Diagnosis {
   std::optional<ChiSquareTest> noise_check;
   /// How the noise of the readings is not independent, beside all that was found; else empty.
   std::string correlated_noise;
+  /// Reduced chi-square with what was found, of readings whose noise is shared as far as they show.
+  double misfit = 0;
+  /// What readings share is part of that, and is said with `correlated_noise`.
+  bool shares_noise() const { return after && misfit < after->reduced(); }
   std::string unit_error;  // unit error or sign error that the readings look like; else empty
   /// Evidence of an unmodelled smooth error: instead of the effects found, and in the residual
   /// beside them.

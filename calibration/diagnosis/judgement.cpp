@@ -66,7 +66,7 @@ Judgement judge_nothing_found(const Diagnosis& d, bool structure_left) {
             {fmt::format("how exact readings under load are: only readings without load are "
                          "repeated, and the misfit is {:.2g} times what those show; repeat some "
                          "under load, or state 'noise'",
-                         std::sqrt(d.after->reduced()))}};
+                         std::sqrt(d.misfit))}};
   if (d.common_cause || d.steps.empty() || !can_show_anything(d.steps.front()))
     return {Verdict::inconclusive};
   return {Verdict::none_needed};

@@ -1,9 +1,11 @@
 #include "kinetostat/calibration/search/correlated_noise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include <Eigen/QR>
 #include <fmt/format.h>
@@ -24,45 +26,78 @@ constexpr double out_of_question = 6.9;  // of log evidence: a thousand to one
 
 CorrelatedNoise::CorrelatedNoise(const Campaign& campaign, const std::vector<Value>& values,
                                  const Noise& noise) {
-  if (campaign.displacement == DisplacementKind::difference) add_zeros(campaign, values, noise);
+  if (campaign.displacement == DisplacementKind::difference)
+    add_zeros(campaign, values, noise);
+  else
+    add_approaches(campaign, values, noise);
   add_fading(campaign, values);
 }
 
 void CorrelatedNoise::add_zeros(const Campaign& campaign, const std::vector<Value>& values,
                                 const Noise& noise) {
-  std::map<std::tuple<std::size_t, std::string, std::size_t, Index>, Rows> shared;
+  std::map<std::tuple<std::size_t, std::string, std::size_t>, std::size_t> known;
+  std::vector<std::size_t> zeros;
   bool in_cycles = false;
-  for (std::size_t v = 0; v < values.size(); ++v) {
-    const Reading& reading = campaign.readings[values[v].reading];
+  for (const Value& value : values) {
+    const Reading& reading = campaign.readings[value.reading];
     in_cycles |= !reading.cycle.empty();
     const std::size_t configuration = reading.cycle.empty() ? reading.configuration : 0;
-    shared[{reading.session, reading.cycle, configuration, values[v].component}].push_back(
-        static_cast<Index>(v));
+    zeros.push_back(known.try_emplace({reading.session, reading.cycle, configuration}, known.size())
+                        .first->second);
   }
+  add_shared({.what = fmt::format("readings of one {} are off together, as the noise of the one "
+                                  "reading without load that they are counted from makes them",
+                                  in_cycles ? "cycle" : "configuration")},
+             zeros, 1, values, noise);
+}
+
+void CorrelatedNoise::add_approaches(const Campaign& campaign, const std::vector<Value>& values,
+                                     const Noise& noise) {
+  std::vector<std::size_t> approaches;
+  const Reading* last = nullptr;
+  for (const Value& value : values) {
+    const Reading& reading = campaign.readings[value.reading];
+    const bool stays = last != nullptr && last->session == reading.session &&
+                       last->cycle == reading.cycle && last->configuration == reading.configuration;
+    const std::size_t before = approaches.empty() ? 0 : approaches.back();
+    approaches.push_back(stays ? before : before + 1);
+    last = &reading;
+  }
+  const std::array sizes = {std::pair(0.5, "half"), std::pair(1.0, "about"),
+                            std::pair(2.0, "twice"), std::pair(4.0, "four times")};
+  for (const auto& [times, words] : sizes)
+    add_shared({.what = fmt::format("readings of one approach to a posture are off together by {} "
+                                    "the noise of one, as drives make them that stop a little "
+                                    "elsewhere each time",
+                                    words),
+                .share = 1.0 / static_cast<double>(sizes.size())},
+               approaches, times, values, noise);
+}
+
+// `datums`: of each value, which error it shares with others of its component, of so many times the
+// least noise of them.
+void CorrelatedNoise::add_shared(Way way, const std::vector<std::size_t>& datums, double times,
+                                 const std::vector<Value>& values, const Noise& noise) {
+  std::map<std::pair<std::size_t, Index>, Rows> shared;
+  for (std::size_t v = 0; v < values.size(); ++v)
+    shared[{datums[v], values[v].component}].push_back(static_cast<Index>(v));
   if (std::all_of(shared.begin(), shared.end(), [](const auto& s) { return s.second.size() < 2; }))
     return;
   const auto sigma = [&](Index row) {
     const Value& value = values[static_cast<std::size_t>(row)];
     return noise.sigma[value.reading][value.component];
   };
-  Way way{.what = fmt::format("readings of one {} are off together, as the noise of the one "
-                              "reading without load that they are counted from makes them",
-                              in_cycles ? "cycle" : "configuration")};
   const SharedNoise known(noise, values);
-  std::map<std::tuple<std::size_t, std::string, std::size_t>, std::size_t> datums;
   for (const auto& [key, rows] : shared) {
-    const auto& [session, cycle, configuration, component] = key;
-    const std::size_t datum =
-        datums.try_emplace({session, cycle, configuration}, datums.size()).first->second;
     double least = sigma(rows[0]);
     for (const Index row : rows) least = std::min(least, sigma(row));
     // Its deviation over that of each reading, beside what is known of it.
     MatrixXd column = MatrixXd::Zero(static_cast<Index>(values.size()), 1);
-    for (const Index row : rows) column(row, 0) = least / sigma(row);
+    for (const Index row : rows) column(row, 0) = times * least / sigma(row);
     known.whiten(column);
     VectorXd zero = column(rows, 0);
     way.log_determinant += std::log1p(zero.squaredNorm());
-    way.blocks.push_back({rows, std::move(zero), datum});
+    way.blocks.push_back({rows, std::move(zero), key.first});
   }
   ways_.push_back(std::move(way));
 }
@@ -200,6 +235,12 @@ double CorrelatedNoise::share_left(const BaseFit& without, const BaseFit& with) 
   return after > 0 ? 1 : 0;
 }
 
+double CorrelatedNoise::squared_error(const BaseFit& fit) const {
+  const std::optional<std::size_t> way = prevailing(fit);
+  const bool shared = way && ways_[*way].fading == 0;
+  return squared_error(fit, shared ? way : std::nullopt);
+}
+
 double CorrelatedNoise::squared_error(const BaseFit& fit, std::optional<std::size_t> way) const {
   if (!way) return fit.squared_error;
   return ResidualSpace(decorrelated(*way, -fit.at.residual), decorrelated(*way, free_columns(fit)))
@@ -209,15 +250,23 @@ double CorrelatedNoise::squared_error(const BaseFit& fit, std::optional<std::siz
 
 double CorrelatedNoise::gain(const BaseFit& fit) const {
   if (ways_.empty()) return 0;
-  const double correlated = log_mean_exp(believed(fit));
+  std::vector<double> logs = believed(fit);
+  double shares = 0;
+  for (std::size_t way = 0; way < ways_.size(); ++way) {
+    shares += ways_[way].share;
+    logs[way] += std::log(ways_[way].share);
+  }
+  const double correlated =
+      log_mean_exp(logs) + std::log(static_cast<double>(ways_.size()) / shares);
   return std::max(0.0, correlated) + std::log1p(std::exp(-std::abs(correlated)));
 }
 
 std::optional<std::size_t> CorrelatedNoise::prevailing(const BaseFit& fit) const {
-  const std::vector<double> logs = believed(fit);
-  const auto most = std::max_element(logs.begin(), logs.end());
-  if (most == logs.end() || *most <= out_of_question) return std::nullopt;
-  return static_cast<std::size_t>(most - logs.begin());
+  const std::vector<double> logs = log_evidences(fit), belief = believed(fit);
+  std::optional<std::size_t> most;
+  for (std::size_t way = 0; way < logs.size(); ++way)
+    if (belief[way] > out_of_question && (!most || logs[way] > logs[*most])) most = way;
+  return most;
 }
 
 }  // namespace kinetostat::calibration

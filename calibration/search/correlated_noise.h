@@ -1,5 +1,5 @@
-// Errors of readings that are not independent: the noise of a datum that many readings share,
-// errors that last from one reading to the next.
+// Errors of readings that are not independent: the noise of a datum that many readings share, where
+// drives stop, errors that last from one reading to the next.
 #pragma once
 
 #include <optional>
@@ -16,16 +16,17 @@ namespace kinetostat::calibration {
 /// noise that is taken for independent looks like an effect.
 ///
 /// Differences: a reading of the unloaded state that all of a load cycle (without cycles: of a
-/// configuration in a session) is counted from, as noisy as the best of the others. All readings
-/// whose time is known: errors of which 0.3, 0.6 or 0.85 last from one reading of a session to the
-/// next.
+/// configuration in a session) is counted from, as noisy as the best of the others. Poses: where
+/// the drives stop, which readings share that follow each other in one configuration, half to four
+/// times as noisy. All readings whose time is known: errors of which 0.3, 0.6 or 0.85 last from one
+/// reading of a session to the next.
 class CorrelatedNoise {
  public:
   /// `values`: of the campaign, in use.
   CorrelatedNoise(const Campaign& campaign, const std::vector<Value>& values, const Noise& noise);
 
   std::size_t size() const { return ways_.size(); }
-  /// Part of a sentence: "readings of one cycle are off together, ...".
+  /// Part of a sentence: "readings of one cycle are off together, as ...".
   const std::string& what(std::size_t way) const { return ways_.at(way).what; }
 
   /// Whitened columns, one row a value, times the inverse of a root of the covariance: afterwards
@@ -47,6 +48,10 @@ class CorrelatedNoise {
   /// have: what readings share by their datum is no misfit, however many they are.
   double share_left(const BaseFit& without, const BaseFit& with) const;
 
+  /// Squared residuals, under the noise that readings seem to share. Errors that only last are as
+  /// large as others.
+  double squared_error(const BaseFit& fit) const;
+
   /// The most probable one, where independent noise is out of question beside it.
   std::optional<std::size_t> prevailing(const BaseFit& fit) const;
 
@@ -64,6 +69,7 @@ class CorrelatedNoise {
   struct Way {
     std::string what;
     double fading = 0;
+    double share = 1;  // of the prior, beside that of each other way
     std::vector<Block> blocks = {};
     double log_determinant = 0;  // of the covariance
   };
@@ -71,6 +77,10 @@ class CorrelatedNoise {
   static double log_evidence(const Way& way, const ResidualSpace& space);
   static std::optional<double> log_without_worst(const Way& way, const BaseFit& fit);
   void add_zeros(const Campaign& campaign, const std::vector<Value>& values, const Noise& noise);
+  void add_approaches(const Campaign& campaign, const std::vector<Value>& values,
+                      const Noise& noise);
+  void add_shared(Way way, const std::vector<std::size_t>& datums, double times,
+                  const std::vector<Value>& values, const Noise& noise);
   void add_fading(const Campaign& campaign, const std::vector<Value>& values);
 
   std::vector<Way> ways_;

@@ -290,6 +290,12 @@ std::string depends_on(const Diagnosis& d) {
   return !d.left.depends_on.empty() ? d.left.depends_on : d.free_form.depends_on;
 }
 
+// How the noise is not independent, without what makes it so.
+std::string correlated_in_short(const Diagnosis& d) {
+  const std::string what = d.correlated_noise.substr(0, d.correlated_noise.find(", as "));
+  return what.empty() ? "" : ": " + what;
+}
+
 std::string nothing_in_words(const vjm::Robot& robot, const Diagnosis& d) {
   if (d.doubted && !d.doubted->decision.answers.empty())
     return fmt::format(
@@ -302,8 +308,8 @@ std::string nothing_in_words(const vjm::Robot& robot, const Diagnosis& d) {
   if (d.leaves_misfit())
     return fmt::format(
         "Nothing that the catalogue holds is missing, but the error of the fitted model is {} "
-        "times the noise.",
-        error);
+        "times the noise{}.",
+        error, correlated_in_short(d));
   return fmt::format(
       "Nothing is missing: the error of the fitted model is {} times the noise, and no effect of "
       "the catalogue explains more.",

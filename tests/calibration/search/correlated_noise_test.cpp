@@ -150,10 +150,63 @@ TEST(CorrelatedNoise, PrevailsWhereItIsThereAndNotElsewhere) {
   EXPECT_GE(seen, 38);
 }
 
-// Absolute poses have no zero, and readings of unknown time no order.
-TEST(CorrelatedNoise, IsOnlySoughtWhereItCanBe) {
+// Poses that are approached one after the other, and each read a few times.
+Campaign poses() {
   Campaign campaign = differences();
   campaign.displacement = DisplacementKind::absolute;
+  for (Index i = 0; i < count; ++i)
+    campaign.readings[static_cast<std::size_t>(i)].configuration = static_cast<std::size_t>(i / 4);
+  return campaign;
+}
+
+// The first readings of a cycle, and the last, are of one approach each.
+MatrixXd covariance_of_approaches(double times) {
+  const Noise noise = noise_of_each();
+  const auto sigma = [&](Index i) { return noise.sigma[static_cast<std::size_t>(i)][2]; };
+  MatrixXd c = MatrixXd::Identity(count, count);
+  for (Index i = 0; i < count; ++i)
+    for (Index j = 0; j < count; ++j)
+      if (i / 4 == j / 4) {
+        const double stop = times * (i % length < length / 2 ? 2e-6 : 1e-6);
+        c(i, j) += stop * stop / (sigma(i) * sigma(j));
+      }
+  return c;
+}
+
+TEST(CorrelatedNoise, OfApproachesIsMadeIndependent) {
+  const Campaign campaign = poses();
+  const CorrelatedNoise noise(campaign, values_in_use(campaign), noise_of_each());
+  ASSERT_EQ(noise.size(), 7u);
+  std::size_t way = 0;
+  for (const double times : {0.5, 1.0, 2.0, 4.0}) {
+    const MatrixXd half = noise.decorrelated(way, covariance_of_approaches(times));
+    const MatrixXd whole = noise.decorrelated(way, half.transpose());
+    EXPECT_LT((whole - MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff(), 1e-12) << times;
+    EXPECT_THAT(noise.what(way++), HasSubstr("one approach to a posture"));
+  }
+}
+
+TEST(CorrelatedNoise, OfApproachesPrevailsWhereItIsThere) {
+  const Campaign campaign = poses();
+  const CorrelatedNoise noise(campaign, values_in_use(campaign), noise_of_each());
+  int wrong = 0, seen = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const VectorXd independent = random_matrix(count, 1, 100 * seed);
+    wrong += noise.prevailing(fit_of(independent)) ? 1 : 0;
+    const MatrixXd root = covariance_of_approaches(3).llt().matrixL();
+    const auto way = noise.prevailing(fit_of(root * independent));
+    seen += way && noise.what(*way).starts_with("readings of one approach") ? 1 : 0;
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GE(seen, 30);  // ten approaches are few
+}
+
+// Poses have no zero, those that are read once share no stop of the drives, and readings of unknown
+// time have no order.
+TEST(CorrelatedNoise, IsOnlySoughtWhereItCanBe) {
+  Campaign campaign = poses();
+  for (Index i = 0; i < count; ++i)
+    campaign.readings[static_cast<std::size_t>(i)].configuration = static_cast<std::size_t>(i);
   EXPECT_EQ(CorrelatedNoise(campaign, values_in_use(campaign), noise_of_each()).size(), 3u);
   campaign.readings[7].time.reset();
   const CorrelatedNoise none(campaign, values_in_use(campaign), noise_of_each());
@@ -190,6 +243,47 @@ Campaign from_noisy_zeros(Laboratory& laboratory, std::uint64_t seed) {
 const std::vector<std::string> kinds = {
     "friction", "creep",         "hardening",           "clearance",        "preload",
     "payload",  "session_drift", "piecewise_stiffness", "thermal_expansion"};
+
+const std::string arm =
+    "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
+    "    - offset: [0, 0, 400]\n"
+    "    - actuator: {name: q1, axis: Ry, stiffness: 2e5 N m/rad}\n"
+    "    - offset: [600, 0, 0]\n"
+    "    - actuator: {name: q2, axis: Ry, stiffness: 1e5 N m/rad}\n"
+    "    - offset: [500, 0, 0]\n"
+    "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n";
+
+// Poses under three loads each, where the drives have stopped a little elsewhere each time.
+Campaign of_drives_that_stop_elsewhere(Laboratory& laboratory, std::uint64_t seed) {
+  std::string plan = "id,cycle,step,time,q1,q2,fx,fz\n";
+  int n = 0;
+  for (int posture = 1; posture <= 40; ++posture)
+    for (const int load : {0, 400, -400}) {
+      ++n;
+      plan += fmt::format("a{0},{1},{0},{2},{3},{4},{5},{6}\n", n, posture, 40 * n,
+                          posture * 37 % 91 - 45, posture * 53 % 101 - 20, load / 2, load);
+    }
+  constexpr double noise = 5e-6;
+  laboratory.options().translation_noise = noise;
+  laboratory.options().displacement = DisplacementKind::absolute;
+  laboratory.options().components = {true, true, true, false, false, false};
+  Campaign campaign = laboratory.measure(plan);
+  const MatrixXd stops = random_matrix(40, 3, seed);
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    for (Index k = 0; k < 3; ++k)
+      campaign.readings[i].displacement[k] += 2 * noise * stops(static_cast<Index>(i / 3), k);
+  return campaign;
+}
+
+TEST(Verdict, WhereDrivesStopIsNoEffect) {
+  for (const std::uint64_t seed : {11, 22, 33}) {
+    Laboratory laboratory(arm);
+    const Campaign campaign = of_drives_that_stop_elsewhere(laboratory, seed);
+    const Diagnosis d = laboratory.diagnose(campaign, {});
+    EXPECT_EQ(d.verdict, Verdict::none_needed) << seed;
+    EXPECT_THAT(d.correlated_noise, HasSubstr("readings of one approach to a posture")) << seed;
+  }
+}
 
 TEST(Verdict, DatumsThatCyclesShareAreNoEffect) {
   for (const std::uint64_t seed : {11, 22, 33}) {
