@@ -84,7 +84,9 @@ Finding finding(const std::string& model, const LackOfFitTest& test) {
 // The key that says that unloaded readings are exact, where half of a reading's variance is taken
 // for them whatever the readings show; else empty.
 std::string exact_datum(const Campaign& campaign) {
-  if (campaign.readings.size() <= calibration::most_for_datums) return {};
+  if (campaign.readings.size() <= calibration::most_for_datums ||
+      campaign.displacement == calibration::DisplacementKind::absolute)
+    return {};
   std::vector<Eigen::VectorXd> sigma;
   for (const Reading& reading : campaign.readings) sigma.push_back(reading.sigma);
   if (calibration::datums_of(campaign, sigma).empty()) return {};

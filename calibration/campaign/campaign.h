@@ -179,7 +179,7 @@ struct Campaign {
   std::vector<spatial::Matrix6> wrench_covariance;
   std::optional<DisplacementControl> control = {};  // unset: loads are what is set
   /// Standard deviation of the unloaded readings that differences are counted from, one entry a
-  /// component; NaN: not stated.
+  /// component; of poses, of where the drives stop (repeatability). NaN: not stated.
   Eigen::VectorXd datum_noise = Eigen::VectorXd::Constant(6, not_a_number);
   std::vector<std::string> notes;     // what was assumed, in sentences
   std::vector<std::string> warnings;  // those of them that may well have been meant otherwise

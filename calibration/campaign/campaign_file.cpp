@@ -81,7 +81,8 @@ YamlNode read_top(const std::filesystem::path& file) {
                   "sheet",         "readings",     "sensors",
                   "weights",       "target_pose",  "cylinders",
                   "torques",       "history",      "displacement_control",
-                  "date",          "operator",     "serial"});
+                  "repeatability", "date",         "operator",
+                  "serial"});
   return top;
 }
 
@@ -272,7 +273,36 @@ WrenchNoise read_wrench_noise(const YamlNode& top) {
   return noise;
 }
 
-// `datum_noise: {translation: 5 um, rotation: 10 urad}`; 0 um: exact. `0` alone: all of them.
+// `{translation: 5 um, rotation: 10 urad}`, errors that readings share; 0 um: exact.
+void read_shared_noise(const YamlNode& given, Campaign& campaign) {
+  given.allow_only({"translation", "rotation"});
+  const auto read = [&](const char* key, const Dimension& dimension, Eigen::Index first) {
+    const auto node = given.find(key);
+    if (!node) return;
+    const double value = node->quantity_with_unit(dimension);
+    if (!(value >= 0))
+      node->fail("'" + node->text() + "' is negative",
+                 "Give the standard deviation, 0 where it is exact");
+    campaign.datum_noise.segment<3>(first).setConstant(value);
+  };
+  read("translation", dimension::length, 0);
+  read("rotation", dimension::angle, 3);
+}
+
+// Where the drives of a robot stop each time.
+void read_repeatability(const YamlNode& top, Campaign& campaign) {
+  const auto given = top.find("repeatability");
+  if (!given) return;
+  if (campaign.displacement != DisplacementKind::absolute)
+    given->fail("differences count from a reading where the drives stopped, which cancels",
+                "Remove the key: it is for 'displacement: absolute'");
+  if (!given->is_map())
+    given->fail("how exactly the drives stop is stated for translations and rotations",
+                "Write 'repeatability: {translation: 20 um, rotation: 50 urad}'");
+  read_shared_noise(*given, campaign);
+}
+
+// `0` alone: all of them are exact.
 void read_datum_noise(const YamlNode& top, Campaign& campaign) {
   const auto given = top.find("datum_noise");
   if (!given) return;
@@ -284,23 +314,15 @@ void read_datum_noise(const YamlNode& top, Campaign& campaign) {
     given->fail("the noise of the unloaded readings is stated for translations and rotations",
                 "Write 'datum_noise: {translation: 5 um, rotation: 10 urad}', or 0 where all of "
                 "them are exact");
-  given->allow_only({"translation", "rotation"});
-  const auto read = [&](const char* key, const Dimension& dimension, Eigen::Index first) {
-    const auto node = given->find(key);
-    if (!node) return;
-    const double value = node->quantity_with_unit(dimension);
-    if (!(value >= 0))
-      node->fail("'" + node->text() + "' is negative",
-                 "Give the standard deviation of the unloaded reading, 0 where it is exact");
-    campaign.datum_noise.segment<3>(first).setConstant(value);
-  };
-  read("translation", dimension::length, 0);
-  read("rotation", dimension::angle, 3);
+  read_shared_noise(*given, campaign);
   const bool is_read =
       campaign.displacement == DisplacementKind::difference && campaign.zero == ZeroReading::known;
   if (!is_read && (campaign.datum_noise.array() > 0).any())
     given->fail("no unloaded reading is there whose noise it could be",
-                "Remove the key: it is for 'displacement: difference' with 'zero: known'");
+                campaign.displacement == DisplacementKind::absolute
+                    ? "State 'repeatability' where the drives of a robot stop a little elsewhere "
+                      "each time"
+                    : "Remove the key: it is for 'displacement: difference' with 'zero: known'");
 }
 
 // Noise of the wrench adds to that of the displacement, which must then be known by itself.
@@ -314,8 +336,11 @@ void check_wrench_noise(const YamlNode& top, const Campaign& campaign) {
 
 void check_datum_noise(const YamlNode& top, const Campaign& campaign) {
   if (campaign.noise_stated || !(campaign.datum_noise.array() > 0).any()) return;
-  top.at("datum_noise")
-      .fail("the noise of the unloaded readings is stated, and that of the others is not",
+  const bool of_poses = campaign.displacement == DisplacementKind::absolute;
+  top.at(of_poses ? "repeatability" : "datum_noise")
+      .fail(of_poses
+                ? "how exactly the drives stop is stated, and the noise of a reading is not"
+                : "the noise of the unloaded readings is stated, and that of the others is not",
             "State 'noise: {translation: ...}' as well, or remove the key");
 }
 
@@ -426,6 +451,7 @@ ReadingsContext read_stated(const YamlNode& top, const vjm::Manipulator& manipul
   if (const auto zero = top.find("zero"); zero && zero->choice({"known", "estimate"}) == "estimate")
     campaign.zero = ZeroReading::estimated;
   read_datum_noise(top, campaign);
+  read_repeatability(top, campaign);
   if (const auto frame = top.find("session_frame");
       frame && frame->choice({"known", "estimate"}) == "estimate")
     campaign.session_frame = SessionFrame::estimated;

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/spatial/decomposition.h"
@@ -38,6 +39,23 @@ bool is_read(const Campaign& campaign) {
   return !std::all_of(campaign.readings.begin(), campaign.readings.end(), is_zero);
 }
 
+// Of poses; nothing is counted from a reading there.
+std::vector<Datum> stops_of_drives(const Campaign& campaign) {
+  VectorXd sigma = VectorXd::Zero(campaign.size());
+  for (Index k = 0; k < sigma.size(); ++k)
+    if (campaign.sensors[campaign.component(k).sensor].is_platform() &&
+        !std::isnan(campaign.datum_noise[k]))
+      sigma[k] = campaign.datum_noise[k];
+  std::vector<Datum> stops;
+  if (sigma.isZero(0)) return stops;
+  const std::vector<std::size_t> approaches = approaches_of(campaign);
+  std::map<std::size_t, std::vector<std::size_t>> readings;
+  for (std::size_t i = 0; i < approaches.size(); ++i)
+    if (is_used(campaign.readings[i])) readings[approaches[i]].push_back(i);
+  for (auto& [approach, own] : readings) stops.push_back({std::move(own), sigma});
+  return stops;
+}
+
 bool has_datums(const Campaign& campaign) {
   return campaign.displacement == DisplacementKind::difference &&
          campaign.zero == ZeroReading::known;
@@ -65,7 +83,20 @@ std::vector<bool> are_datums(const Campaign& campaign) {
   return result;
 }
 
+std::vector<std::size_t> approaches_of(const Campaign& campaign) {
+  std::vector<std::size_t> approaches;
+  const Reading* last = nullptr;
+  for (const Reading& reading : campaign.readings) {
+    const bool stays = last != nullptr && last->session == reading.session &&
+                       last->cycle == reading.cycle && last->configuration == reading.configuration;
+    approaches.push_back(last == nullptr ? 0 : approaches.back() + (stays ? 0 : 1));
+    last = &reading;
+  }
+  return approaches;
+}
+
 std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<VectorXd>& sigma) {
+  if (campaign.displacement == DisplacementKind::absolute) return stops_of_drives(campaign);
   if (!has_datums(campaign)) return {};
   const bool is_measured = is_read(campaign);
   std::map<std::tuple<std::size_t, std::string, std::size_t>, std::vector<std::size_t>> counted;
@@ -150,6 +181,15 @@ void SharedNoise::restore(Eigen::Ref<MatrixXd> rows) const {
     rows(block.rows, Eigen::all) =
         part + block.u * (block.more.asDiagonal() * (block.u.transpose() * part)).eval();
   }
+}
+
+VectorXd SharedNoise::deviations(Index rows) const {
+  VectorXd variances = VectorXd::Ones(rows);
+  for (const Block& block : blocks_) {
+    const VectorXd squares = (1 + block.more.array()).square() - 1;
+    variances(block.rows) += block.u.cwiseAbs2() * squares;
+  }
+  return variances.cwiseSqrt();
 }
 
 double SharedNoise::log_determinant() const {

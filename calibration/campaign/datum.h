@@ -1,4 +1,5 @@
-// Differences are counted from a reading of the unloaded state, whose error they share.
+// Errors that readings share: of the reading of the unloaded state that differences are counted
+// from, of where the drives stopped in a pose.
 #pragma once
 
 #include <vector>
@@ -18,7 +19,12 @@ inline constexpr double usual_datum_variance = 0.5;
 /// of its cycle at a configuration, without load and exactly 0.
 std::vector<bool> are_datums(const Campaign& campaign);
 
-/// The datums of differences whose unloaded state was read: one for each cycle (without cycles: for
+/// Of each reading, which approach to a posture it is of: those that follow each other in one
+/// configuration, in one cycle and session.
+std::vector<std::size_t> approaches_of(const Campaign& campaign);
+
+/// Of poses where `repeatability` is stated, one for each approach. Else the datums of differences
+/// whose unloaded state was read: one for each cycle (without cycles: for
 /// each configuration in a session) of which two readings or more are in use, or one, where the
 /// noise of datums is stated; rows that are the datum itself (without load, exactly 0) are not
 /// counted from it. Noise of the datum: as stated, else usual_datum_variance of the best reading's.
@@ -48,6 +54,8 @@ class SharedNoise {
   void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
   /// Multiplies by C^1/2, which takes that back.
   void restore(Eigen::Ref<Eigen::MatrixXd> rows) const;
+  /// Root of the diagonal of C, for so many rows: 1 where nothing is shared.
+  Eigen::VectorXd deviations(Eigen::Index rows) const;
   /// ln det C.
   double log_determinant() const;
 

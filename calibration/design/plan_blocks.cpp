@@ -342,7 +342,10 @@ Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
   campaign.joint_columns = like.joint_columns;
   campaign.displacement = displacement;
   campaign.zero = like.zero;
-  campaign.datum_noise = like.datum_noise;
+  if (displacement == like.displacement)
+    campaign.datum_noise = like.datum_noise;
+  else
+    campaign.datum_noise.setConstant(like.datum_noise.size(), not_a_number);
   campaign.noise_stated = true;
   campaign.sessions = {"planned"};
   campaign.configurations = configurations;

@@ -24,7 +24,8 @@ const double in_doubt = std::log(10.0);  // of the log likelihood
 constexpr double most_misfit = 1.5;      // times the noise, of a model by which datums are judged
 
 bool is_open(const Campaign& campaign, const Noise& noise) {
-  return !noise.datums.empty() && campaign.datum_noise.array().isNaN().any() &&
+  return campaign.displacement == DisplacementKind::difference && !noise.datums.empty() &&
+         campaign.datum_noise.array().isNaN().any() &&
          campaign.readings.size() <= most_for_datums && !campaign.control;
 }
 

@@ -53,22 +53,16 @@ void CorrelatedNoise::add_zeros(const Campaign& campaign, const std::vector<Valu
 
 void CorrelatedNoise::add_approaches(const Campaign& campaign, const std::vector<Value>& values,
                                      const Noise& noise) {
+  const std::vector<std::size_t> of_readings = approaches_of(campaign);
   std::vector<std::size_t> approaches;
-  const Reading* last = nullptr;
-  for (const Value& value : values) {
-    const Reading& reading = campaign.readings[value.reading];
-    const bool stays = last != nullptr && last->session == reading.session &&
-                       last->cycle == reading.cycle && last->configuration == reading.configuration;
-    const std::size_t before = approaches.empty() ? 0 : approaches.back();
-    approaches.push_back(stays ? before : before + 1);
-    last = &reading;
-  }
+  approaches.reserve(values.size());
+  for (const Value& value : values) approaches.push_back(of_readings[value.reading]);
   const std::array sizes = {std::pair(0.5, "half"), std::pair(1.0, "about"),
                             std::pair(2.0, "twice"), std::pair(4.0, "four times")};
   for (const auto& [times, words] : sizes)
     add_shared({.what = fmt::format("readings of one approach to a posture are off together by {} "
                                     "the noise of one, as drives make them that stop a little "
-                                    "elsewhere each time",
+                                    "elsewhere each time ('repeatability' states that)",
                                     words),
                 .share = 1.0 / static_cast<double>(sizes.size())},
                approaches, times, values, noise);

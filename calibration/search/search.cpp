@@ -221,11 +221,15 @@ Search::ByEffect Search::signatures_by_effect() const {
 }
 
 std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
-  // Each reading by itself: whitened by what they share, one gross error would be in many.
+  // Each reading by itself: whitened by what they share, one gross error would be in many. Where
+  // the drives of a pose stopped is no error of it.
   const SharedNoise shared(fitter_.noise(), values_);
-  const auto of_each = [&](MatrixXd columns) {
+  VectorXd deviations = VectorXd::Ones(std::ssize(values_));
+  if (fitter_.campaign().displacement == DisplacementKind::absolute)
+    deviations = shared.deviations(std::ssize(values_));
+  const auto of_each = [&](MatrixXd columns) -> MatrixXd {
     shared.restore(columns);
-    return columns;
+    return deviations.cwiseInverse().asDiagonal() * columns;
   };
   const ByEffect effects = signatures_by_effect();
   const auto effect = [&](std::size_t e) {

@@ -106,6 +106,10 @@ TEST(Datum, ItsNoiseIsWhitenedWithThatOfTheReadings) {
     EXPECT_GT((after - before).norm(), 0.1);
     shared.restore(after);
     EXPECT_LT((after - before).cwiseAbs().maxCoeff(), 1e-12);
+    MatrixXd root = MatrixXd::Identity(whole.rows(), whole.cols());
+    shared.restore(root);
+    EXPECT_LT((shared.deviations(root.rows()) - root.rowwise().norm()).cwiseAbs().maxCoeff(),
+              1e-12);
   }
 }
 
@@ -204,6 +208,38 @@ TEST(Datum, IsRefusedWhereItMeansNothing) {
         difference + noise + "datum_noise: {translation: -3 um}\n",
         difference + noise + "datum_noise: {translation: 3}\n"})
     EXPECT_THROW((void)read(bad), common::InputError) << bad;
+  const std::string poses = "displacement: absolute\n",
+                    stops = "repeatability: {translation: 3 um}\n";
+  EXPECT_EQ(read(poses + noise + stops).datum_noise[2], 3e-6);
+  for (const std::string& bad :
+       {poses + stops, difference + noise + stops, poses + noise + "repeatability: 3 um\n",
+        poses + noise + "repeatability: {translation: -3 um}\n",
+        poses + noise + "repeatability: {translation: 3}\n"})
+    EXPECT_THROW((void)read(bad), common::InputError) << bad;
+}
+
+// Those that follow each other in one posture share where the drives stopped, read again or not.
+TEST(Datum, OfPosesIsWhereTheDrivesStopped) {
+  Campaign campaign;
+  campaign.displacement = DisplacementKind::absolute;
+  campaign.sessions = {"monday"};
+  for (const std::size_t configuration : {0, 0, 1, 0, 0, 2, 2}) {
+    Reading& reading = campaign.readings.emplace_back();
+    reading.configuration = configuration;
+    reading.displacement.setZero();
+  }
+  campaign.readings[6].cycle = "next";
+  campaign.readings[1].masked = true;
+  EXPECT_EQ(approaches_of(campaign), (std::vector<std::size_t>{0, 0, 1, 2, 2, 3, 4}));
+  const std::vector<Eigen::VectorXd> sigma(7, Eigen::VectorXd::Constant(6, 1e-6));
+  EXPECT_TRUE(datums_of(campaign, sigma).empty());
+  campaign.datum_noise.head<3>().setConstant(5e-6);
+  const std::vector<Datum> stops = datums_of(campaign, sigma);
+  ASSERT_EQ(stops.size(), 5u);
+  EXPECT_EQ(stops[0].readings, std::vector<std::size_t>{0});
+  EXPECT_EQ(stops[2].readings, (std::vector<std::size_t>{3, 4}));
+  EXPECT_TRUE((stops[2].sigma.head<3>().array() == 5e-6).all());
+  EXPECT_TRUE(stops[2].sigma.tail<3>().isZero(0));
 }
 
 const std::string slide =

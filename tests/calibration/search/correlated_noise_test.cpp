@@ -278,10 +278,18 @@ Campaign of_drives_that_stop_elsewhere(Laboratory& laboratory, std::uint64_t see
 TEST(Verdict, WhereDrivesStopIsNoEffect) {
   for (const std::uint64_t seed : {11, 22, 33}) {
     Laboratory laboratory(arm);
-    const Campaign campaign = of_drives_that_stop_elsewhere(laboratory, seed);
+    Campaign campaign = of_drives_that_stop_elsewhere(laboratory, seed);
     const Diagnosis d = laboratory.diagnose(campaign, {});
     EXPECT_EQ(d.verdict, Verdict::none_needed) << seed;
     EXPECT_THAT(d.correlated_noise, HasSubstr("readings of one approach to a posture")) << seed;
+    EXPECT_TRUE(d.shares_noise()) << seed;
+    EXPECT_GT(d.after->reduced(), 3) << seed;
+    campaign.datum_noise.head<3>().setConstant(1e-5);
+    const Diagnosis stated = laboratory.diagnose(campaign, {});
+    EXPECT_EQ(stated.verdict, Verdict::none_needed) << seed;
+    EXPECT_EQ(stated.correlated_noise, "") << seed;
+    EXPECT_NEAR(stated.after->reduced(), 1, 0.25) << seed;
+    EXPECT_EQ(stated.set_aside.size() + stated.far_values, 0u) << seed;
   }
 }
 
