@@ -24,11 +24,11 @@ std::vector<bool> are_datums(const Campaign& campaign);
 std::vector<std::size_t> approaches_of(const Campaign& campaign);
 
 /// Of poses where `repeatability` is stated, one for each approach. Else the datums of differences
-/// whose unloaded state was read: one for each cycle (without cycles: for
-/// each configuration in a session) of which two readings or more are in use, or one, where the
-/// noise of datums is stated; rows that are the datum itself (without load, exactly 0) are not
-/// counted from it. Noise of the datum: as stated, else usual_datum_variance of the best reading's.
-/// `sigma`: of each reading and component.
+/// whose unloaded state was read: one for each cycle (without cycles: for each configuration in a
+/// session) of which two readings or more are in use, or one, where the noise of datums is stated;
+/// rows that are the datum itself (without load, exactly 0) are not counted from it. Noise of the
+/// datum: as stated, else usual_datum_variance of the best reading's. `sigma`: of each reading and
+/// component.
 std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<Eigen::VectorXd>& sigma);
 
 /// Whitens rows, which stand for `values`, reading by reading (Noise::whiten). Values of a reading

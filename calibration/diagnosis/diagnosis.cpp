@@ -267,8 +267,11 @@ void take_growth(const Search& search, const Noise& noise, Growth& growth, Diagn
   d.doubted = std::move(growth.doubted);
   const Model& model = growth.model;
   d.after = test_of(model.fit, noise);
+  const CorrelatedNoise& correlated = search.correlated_noise();
+  const std::optional<std::size_t> way = correlated.prevailing(model.fit);
+  if (way) d.correlated_noise = correlated.what(*way);
   if (d.after)
-    d.misfit = search.correlated_noise().squared_error(model.fit) /
+    d.misfit = correlated.squared_error_where_shared(model.fit, way) /
                static_cast<double>(d.after->degrees_of_freedom);
   if (!d.found.empty()) {
     d.above_free_form = above_free_form(model, d.found, search, d.free_form);
@@ -282,8 +285,6 @@ void take_growth(const Search& search, const Noise& noise, Growth& growth, Diagn
   }
   take_values(fitted_values(model.fit, model.present), d.found);
   d.left = smooth_error_beside(model.fit, search);
-  if (const auto way = search.correlated_noise().prevailing(model.fit))
-    d.correlated_noise = search.correlated_noise().what(*way);
 }
 
 // Several errors of the geometry, and what moves the target as they do, and nothing else, which

@@ -209,8 +209,7 @@ std::optional<double> CorrelatedNoise::log_without_worst(const Way& way, const B
 }
 
 // With noise of datums as far as each of them shows it.
-std::vector<double> CorrelatedNoise::believed(const BaseFit& fit) const {
-  std::vector<double> logs = log_evidences(fit);
+std::vector<double> CorrelatedNoise::believed(const BaseFit& fit, std::vector<double> logs) const {
   for (std::size_t way = 0; way < ways_.size(); ++way) {
     if (ways_[way].fading > 0 || !(logs[way] > 0)) continue;
     if (const auto rest = log_without_worst(ways_[way], fit))
@@ -229,8 +228,8 @@ double CorrelatedNoise::share_left(const BaseFit& without, const BaseFit& with) 
   return after > 0 ? 1 : 0;
 }
 
-double CorrelatedNoise::squared_error(const BaseFit& fit) const {
-  const std::optional<std::size_t> way = prevailing(fit);
+double CorrelatedNoise::squared_error_where_shared(const BaseFit& fit,
+                                                   std::optional<std::size_t> way) const {
   const bool shared = way && ways_[*way].fading == 0;
   return squared_error(fit, shared ? way : std::nullopt);
 }
@@ -244,7 +243,7 @@ double CorrelatedNoise::squared_error(const BaseFit& fit, std::optional<std::siz
 
 double CorrelatedNoise::gain(const BaseFit& fit) const {
   if (ways_.empty()) return 0;
-  std::vector<double> logs = believed(fit);
+  std::vector<double> logs = believed(fit, log_evidences(fit));
   double shares = 0;
   for (std::size_t way = 0; way < ways_.size(); ++way) {
     shares += ways_[way].share;
@@ -256,7 +255,7 @@ double CorrelatedNoise::gain(const BaseFit& fit) const {
 }
 
 std::optional<std::size_t> CorrelatedNoise::prevailing(const BaseFit& fit) const {
-  const std::vector<double> logs = log_evidences(fit), belief = believed(fit);
+  const std::vector<double> logs = log_evidences(fit), belief = believed(fit, logs);
   std::optional<std::size_t> most;
   for (std::size_t way = 0; way < logs.size(); ++way)
     if (belief[way] > out_of_question && (!most || logs[way] > logs[*most])) most = way;

@@ -48,16 +48,16 @@ class CorrelatedNoise {
   /// have: what readings share by their datum is no misfit, however many they are.
   double share_left(const BaseFit& without, const BaseFit& with) const;
 
-  /// Squared residuals, under the noise that readings seem to share. Errors that only last are as
-  /// large as others.
-  double squared_error(const BaseFit& fit) const;
+  /// Squared residuals where noise is shared in such a way (nullopt: in none). Errors that only
+  /// last are as large as others.
+  double squared_error_where_shared(const BaseFit& fit, std::optional<std::size_t> way) const;
 
   /// The most probable one, where independent noise is out of question beside it.
   std::optional<std::size_t> prevailing(const BaseFit& fit) const;
 
  private:
   double squared_error(const BaseFit& fit, std::optional<std::size_t> way) const;
-  std::vector<double> believed(const BaseFit& fit) const;
+  std::vector<double> believed(const BaseFit& fit, std::vector<double> logs) const;
   using Rows = std::vector<Eigen::Index>;
   // Values of one block: either they share a datum, with the covariance 1 + zero zero', or each is
   // `fading` times the one before it and something new.

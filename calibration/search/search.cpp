@@ -65,8 +65,8 @@ double noise_in(const BaseFit& fit) {
   return static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
 }
 
-bool is_beyond_noise(const BaseFit& fit, double squared_error) {
-  return squared_error > believable_noise * believable_noise * noise_in(fit);
+double most_believable(const BaseFit& fit) {
+  return believable_noise * believable_noise * noise_in(fit);
 }
 
 bool leaves_noise_alone(const BaseFit& fit) {
@@ -328,10 +328,10 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   progress_.report("detection threshold", 0);
   // However errors last, what is twice the noise is something that is missing.
-  std::optional<std::size_t> correlated =
-      present.empty() && is_beyond_noise(fit, correlated_.squared_error(fit))
-          ? std::nullopt
-          : correlated_.prevailing(fit);
+  std::optional<std::size_t> correlated = correlated_.prevailing(fit);
+  if (present.empty() &&
+      correlated_.squared_error_where_shared(fit, correlated) > most_believable(fit))
+    correlated.reset();
   if (correlated && excludes_correlated_noise(fit)) correlated.reset();
   step.takes_rest_for_noise = correlated.has_value();
   if (correlated) step.max_score = correlated_max_score_test(fit, *correlated);
