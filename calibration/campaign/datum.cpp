@@ -84,14 +84,21 @@ std::vector<bool> are_datums(const Campaign& campaign) {
 }
 
 std::vector<std::size_t> approaches_of(const Campaign& campaign) {
-  std::vector<std::size_t> approaches;
-  const Reading* last = nullptr;
-  for (const Reading& reading : campaign.readings) {
-    const bool stays = last != nullptr && last->session == reading.session &&
-                       last->cycle == reading.cycle && last->configuration == reading.configuration;
-    approaches.push_back(last == nullptr ? 0 : approaches.back() + (stays ? 0 : 1));
-    last = &reading;
-  }
+  std::vector<Cycle> runs = cycles_as_run(campaign);
+  std::map<std::size_t, Cycle> others;  // of sessions
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    if (const Reading& r = campaign.readings[i]; r.cycle.empty()) others[r.session].push_back(i);
+  for (auto& [session, rows] : others) runs.push_back(std::move(rows));
+  std::vector<std::size_t> approaches(campaign.readings.size());
+  std::size_t count = 0;
+  for (const Cycle& run : runs)
+    for (std::size_t k = 0; k < run.size(); ++k) {
+      const auto configuration = campaign.readings[run[k]].configuration;
+      const bool is_last =
+          k + 1 == run.size() || campaign.readings[run[k + 1]].configuration != configuration;
+      approaches[run[k]] = count;
+      count += is_last ? 1 : 0;
+    }
   return approaches;
 }
 

@@ -20,7 +20,7 @@ inline constexpr double usual_datum_variance = 0.5;
 std::vector<bool> are_datums(const Campaign& campaign);
 
 /// Of each reading, which approach to a posture it is of: those that follow each other in one
-/// configuration, in one cycle and session.
+/// configuration, in one cycle in the order of its steps, or without a cycle in that of the rows.
 std::vector<std::size_t> approaches_of(const Campaign& campaign);
 
 /// Of poses where `repeatability` is stated, one for each approach. Else the datums of differences

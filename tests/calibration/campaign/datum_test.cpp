@@ -230,16 +230,24 @@ TEST(Datum, OfPosesIsWhereTheDrivesStopped) {
   }
   campaign.readings[6].cycle = "next";
   campaign.readings[1].masked = true;
-  EXPECT_EQ(approaches_of(campaign), (std::vector<std::size_t>{0, 0, 1, 2, 2, 3, 4}));
+  EXPECT_EQ(approaches_of(campaign), (std::vector<std::size_t>{1, 1, 2, 3, 3, 4, 0}));
+  // A table that is sorted by load.
+  Campaign sorted = campaign;
+  for (std::size_t i = 0; i < sorted.readings.size(); ++i) {
+    sorted.readings[i].cycle = "one";
+    sorted.readings[i].configuration = i % 2;
+    sorted.readings[i].step = i % 2 * 10.0 + i;
+  }
+  EXPECT_EQ(approaches_of(sorted), (std::vector<std::size_t>{0, 1, 0, 1, 0, 1, 0}));
   const std::vector<Eigen::VectorXd> sigma(7, Eigen::VectorXd::Constant(6, 1e-6));
   EXPECT_TRUE(datums_of(campaign, sigma).empty());
   campaign.datum_noise.head<3>().setConstant(5e-6);
   const std::vector<Datum> stops = datums_of(campaign, sigma);
   ASSERT_EQ(stops.size(), 5u);
-  EXPECT_EQ(stops[0].readings, std::vector<std::size_t>{0});
-  EXPECT_EQ(stops[2].readings, (std::vector<std::size_t>{3, 4}));
-  EXPECT_TRUE((stops[2].sigma.head<3>().array() == 5e-6).all());
-  EXPECT_TRUE(stops[2].sigma.tail<3>().isZero(0));
+  EXPECT_EQ(stops[1].readings, std::vector<std::size_t>{0});
+  EXPECT_EQ(stops[3].readings, (std::vector<std::size_t>{3, 4}));
+  EXPECT_TRUE((stops[3].sigma.head<3>().array() == 5e-6).all());
+  EXPECT_TRUE(stops[3].sigma.tail<3>().isZero(0));
 }
 
 const std::string slide =
