@@ -5,6 +5,7 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include "kinetostat/calibration/campaign/column_names.h"
 #include "kinetostat/calibration/campaign/joint_column.h"
 #include "kinetostat/python/bindings.h"
 #include "kinetostat/vjm/exchange/body_tree.h"
@@ -27,6 +28,7 @@ class ColumnWriter {
     if (!campaign_.readings.empty()) add_postures();
     add_loads();
     add_displacements();
+    if (!campaign_.correlations.empty()) add_correlations();
     for (const calibration::Covariate& covariate : campaign_.covariates)
       if (!table_.contains(covariate.name)) set(covariate.name, numbers_or(covariate.values));
     return std::move(table_);
@@ -131,6 +133,19 @@ class ColumnWriter {
     for (Eigen::Index k = 0; k < campaign_.size(); ++k)
       number_if_any("sigma_" + campaign_.component(k).name,
                     [k](const Reading& r) { return r.sigma[k]; });
+  }
+
+  // Of the noise of the platform's components.
+  void add_correlations() {
+    for (Eigen::Index i = 0; i < 6; ++i)
+      for (Eigen::Index j = i + 1; j < 6; ++j) {
+        const auto correlation = [&](const Reading& r) {
+          return r.correlation ? campaign_.correlations[*r.correlation](i, j) : 0;
+        };
+        if (std::any_of(campaign_.readings.begin(), campaign_.readings.end(),
+                        [&](const Reading& r) { return correlation(r) != 0; }))
+          number("corr_" + calibration::correlation_name(i, j), correlation);
+      }
   }
 
   // Numbers where all of them are, or nothing.

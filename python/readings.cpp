@@ -155,7 +155,8 @@ std::unique_ptr<apps::FitCache> cache_of(const CampaignValue& given, bool wanted
 
 DiagnosisValue diagnose(const CampaignPointer& given, const Search& search, int threads,
                         const py::object& progress) {
-  if (search.draws < 1) throw py::value_error("draws must be 1 or more");
+  if (search.draws < 99 || search.draws > 100'000)
+    throw py::value_error(fmt::format("draws: {} is not from 99 to 100000", search.draws));
   if (search.most_effects < 1 || search.most_effects > 10)
     throw py::value_error(fmt::format("most_effects: {} is not from 1 to 10", search.most_effects));
   calibration::DiagnosisOptions options{.kinds = search.effects,
@@ -264,6 +265,14 @@ void add_campaigns(py::module_& module) {
       .def_property_readonly("robot", [](const CampaignValue& v) { return v.robot; })
       .def_property_readonly("notes", [](const CampaignValue& v) { return v.campaign.notes; })
       .def_property_readonly("warnings", [](const CampaignValue& v) { return v.campaign.warnings; })
+      .def_property_readonly("has_loads_besides_wrench",
+                             [](const CampaignValue& v) {
+                               return std::any_of(v.campaign.readings.begin(),
+                                                  v.campaign.readings.end(), [](const auto& r) {
+                                                    return !r.load.nodes.empty() ||
+                                                           !r.load.joints.empty();
+                                                  });
+                             })
       .def_property_readonly("components",
                              [](const CampaignValue& v) {
                                std::vector<std::string> names;

@@ -119,6 +119,7 @@ void add_simulation(py::module_& module) {
         asked.components = fmt::format("{}", fmt::join(components, ","));
         asked.absolute = absolute;
         asked.seed = seed;
+        asked.units_of_sizes = spatial::UnitSystem();
         add_effects_to(effects, asked);
         return simulate(robot, folder, request, threads, progress);
       },
@@ -132,7 +133,8 @@ void add_simulation(py::module_& module) {
       "What the robot would read, written to `folder` as campaign.yaml and readings.csv: in the "
       "rows of `plan`, a table of readings to take, or `like` a campaign. Noise [m, rad, N, N m, "
       "or `noise_wrench` as a share] is the standard deviation of one reading. `effects` act "
-      "beside those of the robot file: dicts with 'effect', 'at' and the values of parameters.");
+      "beside those of the robot file: dicts with 'effect', 'at' and the values of parameters, "
+      "in SI or with a unit.");
 }
 
 }  // namespace kinetostat::python

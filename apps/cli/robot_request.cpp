@@ -243,7 +243,8 @@ void UncertaintyRequest::add_options(OptionList& app) {
 void UncertaintyRequest::add_drawn_options(OptionList& app) {
   const Option table =
       app.add_option("--drawn", drawn,
-                     "Table of the draws: those that it has are taken from it, others are added")
+                     "Table of these draws: those that it has, of a part or of a run that was "
+                     "stopped, are taken from it, others are added")
           .type_name("FILE");
   app.add_option("--part", part, "Only the i-th of n parts of the draws, into --drawn, for join")
       .type_name("i/n")
@@ -309,7 +310,9 @@ std::optional<vjm::Draws> draws_by_table(const UncertaintyRequest& request, cons
   for (const auto& [number, numbers] :
        compute_draws(robot, compute, count, request.seed, wanted, run.threads(), run.progress()))
     table.lines[number] = line_of_draw(number, numbers);
-  if (!wanted.empty()) io::write_atomically(request.drawn, table.text());
+  // An empty part is a table, too, for join.
+  if (!wanted.empty() || !std::filesystem::exists(request.drawn))
+    io::write_atomically(request.drawn, table.text());
   if (table.lines.size() < count) {
     run.remark(fmt::format("{} of {} draws are in {}", table.lines.size(), count, request.drawn));
     return std::nullopt;

@@ -72,7 +72,8 @@ std::vector<vjm::Effect> hidden_effects(const SimulationRequest& request, const 
       const auto kind = vjm::effect_kind(request.effects[i], robot.kinds());
       const vjm::Manipulator& bare = robot.without_effects();
       hidden.push_back(vjm::effect_from_words(kind->name, place_of(request, i, kind, bare),
-                                              request.sizes[i], robot.kinds(), bare, robot.units));
+                                              request.sizes[i], robot.kinds(), bare,
+                                              request.units_of_sizes.value_or(robot.units)));
     } catch (const std::invalid_argument& error) {
       throw UsageError("--effect", error.what(), "'kinetostat effect list ROBOT.yaml' names them");
     }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/calibration/regression/simulate.h"
+#include "kinetostat/spatial/units.h"
 
 namespace kinetostat::apps {
 
@@ -14,6 +16,7 @@ struct SimulationRequest {
   std::string translation_noise, rotation_noise, components;
   std::string force_noise, moment_noise, wrench_share;
   std::vector<std::string> effects, places, sizes;
+  std::optional<spatial::UnitSystem> units_of_sizes = {};  // without a unit; none: the robot file's
   bool absolute = false;
   std::uint64_t seed = 1;
 

@@ -10,6 +10,7 @@ import re
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Union
 
 from ._core import ArgumentError, ArgumentTypeError, FunctionKind, Robot, law_variables, usual_values
+from ._frames import _plain
 
 _FUNCTIONS = {"sin": "sin", "cos": "cos", "tan": "tan", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "sinh": "sinh",
               "cosh": "cosh", "tanh": "tanh", "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh", "exp": "exp", "log": "ln",
@@ -110,7 +111,7 @@ def effect_kind(function: Optional[Callable[..., Any]] = None, *, parameters: Ma
     text = _formula_of(function, arguments) if formula and not derivatives else None
     if text is not None:
         return EffectKind(name, law, text, None, {law: text, **entry})
-    call = _checked(function, arguments, variables, dict(derivatives or {}), usual_values(json.dumps(described)))
+    call = _checked(name, function, arguments, variables, dict(derivatives or {}), usual_values(json.dumps(described)))
     core = FunctionKind(name, law, call, [v in arguments for v in variables], json.dumps(described), list(covariates), entry["summary"])
     return EffectKind(name, law, None, core, entry)
 
@@ -122,8 +123,8 @@ def _formula_of(function: Callable[..., Any], arguments: List[str]) -> Optional[
         return None
 
 
-def _checked(function: Callable[..., Any], arguments: List[str], variables: List[str], derivatives: Dict[str, Callable[..., Any]],
-             usual: Any) -> Callable[[List[float], int], Any]:
+def _checked(name: str, function: Callable[..., Any], arguments: List[str], variables: List[str],
+             derivatives: Dict[str, Callable[..., Any]], usual: Any) -> Callable[[List[float], int], Any]:
     """What the law calls: value, and slope by one of the variables. Its derivatives are compared with differences first."""
     for argument in derivatives:
         if argument not in arguments:
@@ -131,8 +132,7 @@ def _checked(function: Callable[..., Any], arguments: List[str], variables: List
     places = [variables.index(argument) for argument in arguments]
     step = 1e-100  # its square is nothing beside any number
 
-    def call(numbers: List[float], by: int) -> Any:
-        values = [numbers[place] for place in places]
+    def found_at(values: List[float], by: int) -> Any:
         if by < 0:
             return float(function(*values)), 0.0
         at = places.index(by)
@@ -141,6 +141,15 @@ def _checked(function: Callable[..., Any], arguments: List[str], variables: List
         shifted = [complex(value, step if k == at else 0) for k, value in enumerate(values)]
         found = complex(function(*shifted))
         return found.real, found.imag / step
+
+    def call(numbers: List[float], by: int) -> Any:
+        values = [numbers[place] for place in places]
+        value, slope = found_at(values, by)
+        if not (math.isfinite(value) and math.isfinite(slope)):
+            at = ", ".join(f"{argument}={number:.6g}" for argument, number in zip(arguments, values))
+            raise ArgumentError(f"the law '{name}' is {value} with a slope of {slope} at {at}: a law must be finite wherever a joint "
+                                "may stand, for all values of its parameters")
+        return value, slope
 
     for argument, derivative in derivatives.items():
         _check_arguments(derivative, argument, arguments)
@@ -195,7 +204,8 @@ def _check_slope(call: Callable[[List[float], int], Any], at: List[float], place
 def with_effects(robot: Robot, *kinds: EffectKind, effects: Sequence[Mapping[str, Any]] = (),
                  uncertain: Sequence[Mapping[str, Any]] = ()) -> Robot:
     """The robot with kinds of effects that diagnose() tries beside the catalogue, with `effects` that act, and with values that
-    are `uncertain` and so fitted; items as the robot file has them: {"effect": "drag", "at": "x.rho", "a": "15 N"}.
+    are `uncertain` and so fitted; items as the robot file has them, plain numbers in its units: {"effect": "drag", "at": "x.rho",
+    "a": "15 N"}.
 
     In memory: write() keeps all but functions, which Robot.read(file, kinds=robot.kinds) takes again."""
     text = robot.text
@@ -205,7 +215,7 @@ def with_effects(robot: Robot, *kinds: EffectKind, effects: Sequence[Mapping[str
             text = _with_item(text, "effect_kinds", item, "")
     for key, items in (("effects", effects), ("uncertain", uncertain)):
         for item in items:
-            text = _with_item(text, key, json.dumps(dict(item)), "- ")
+            text = _with_item(text, key, json.dumps(dict(item), default=_plain), "- ")
     functions = [*robot.kinds, *(kind.function for kind in kinds if kind.function is not None)]
     return Robot.parse(text, robot.file, functions)
 

@@ -5,6 +5,7 @@ import json
 import numbers
 import os
 import tempfile
+import warnings
 from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy as np
@@ -19,8 +20,8 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     The columns are those of a table of readings ("fz", "dz [um]", "q1", "session"), and `keys` those of a campaign file:
     units={"length": "m", "force": "N", "angle": "rad", "time": "s"} unless given, displacement="difference", noise=
     {"translation": 15e-6} or {"translation": "15 um"}. A column of booleans "mask", or "used" as frame_of() has it, says which
-    readings are left out. What frame_of() makes of a campaign is taken back, with the campaign's other keys but
-    `wrench_frame` and `wrench_point`. Both are written to `folder` (a new temporary one), as campaign.yaml and
+    readings are left out (1 and 0 will do). What frame_of() makes of a campaign is taken back, with the campaign's other keys but
+    `wrench_frame` and `wrench_point`; loads of weights, cylinders and torques have no column. Both are written to `folder` (a new temporary one), as campaign.yaml and
     readings.csv, and read from there."""
     folder = os.fspath(folder) if folder is not None else tempfile.mkdtemp(prefix="kinetostat-")
     os.makedirs(folder, exist_ok=True)
@@ -36,7 +37,7 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     file_of_robot = robot.file if isinstance(robot, Robot) else os.fspath(robot)
     content = {"kinetostat": 1, "campaign": "readings in memory", "robot": os.path.abspath(file_of_robot),
                "units": {"length": "m", "force": "N", "angle": "rad", "time": "s"}, "displacement": "difference",
-               **{key: _with_units(value) if key.endswith("noise") else value for key, value in keys.items()},
+               **{key: _with_units(value) if key.endswith("noise") or key == "repeatability" else value for key, value in keys.items()},
                "readings": "readings.csv"}
     campaign = os.path.join(folder, "campaign.yaml")
     with open(campaign, "w", encoding="utf-8") as file:
@@ -46,11 +47,15 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
 
 def frame_of(value: Union[Campaign, Comparison, Map, Trace]) -> Any:
     """A pandas.DataFrame, SI: the readings of a campaign (conditions, postures, loads about their point, displacements,
-    covariates), those of a comparison with what the best model leaves of them ("residual dz", and "whitened dz" in units of the
+    covariates; a warning where weights, cylinders or torques act, which are in no column), those of a comparison with what the best model leaves of them ("residual dz", and "whitened dz" in units of the
     noise), a map, one row a pose, or a path of equilibria, one row a point."""
     import pandas
     if not isinstance(value, (Campaign, Comparison, Map, Trace)):
         raise ArgumentTypeError(f"a campaign, a comparison, a map or a trace makes a frame, not {type(value).__name__}")
+    campaign = value.campaign if isinstance(value, Comparison) else value
+    if isinstance(campaign, Campaign) and campaign.has_loads_besides_wrench:
+        warnings.warn("weights, cylinders or torques act in this campaign, which are in no column: campaign_of() does not take them back",
+                      stacklevel=2)
     if not isinstance(value, Comparison):
         return pandas.DataFrame(value.columns())
     frame = pandas.DataFrame(value.campaign.columns())
@@ -73,15 +78,25 @@ def _with_mask(columns: Dict[str, List[Any]]) -> Dict[str, List[Any]]:
     """With booleans as the format of tables has them, 0 or 1, and the rows that are not `used` masked."""
     def booleans(name: str) -> bool:
         return bool(columns.get(name)) and all(isinstance(value, (bool, np.bool_)) for value in columns[name])
-    if booleans("used"):
-        used = columns.pop("used")
-        columns.setdefault("mask", [not value for value in used])
+    if "used" in columns:
+        left_out = [not used for used in _truths("used", columns.pop("used"))]
+        masked = _truths("mask", columns["mask"]) if "mask" in columns else left_out
+        columns["mask"] = [one or other for one, other in zip(left_out, masked)]
     if booleans("mask"):
         masks = columns["mask"] = [int(value) for value in columns["mask"]]
         reasons = columns.get("mask_reason", [""] * len(masks))
         columns["mask_reason"] = ["masked in the program" if mask and (_is_missing(reason) or not reason) else reason
                                   for mask, reason in zip(masks, reasons)]
     return columns
+
+
+def _truths(name: str, values: List[Any]) -> List[bool]:
+    """Booleans, 1 and 0, or their words: anything else would decide about readings in silence."""
+    words = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
+    for row, value in enumerate(values):
+        if str(value).strip().lower() not in words:
+            raise ArgumentError(f"the column '{name}' has {value!r} in row {row}: give True or False, or 1 or 0")
+    return [words[str(value).strip().lower()] for value in values]
 
 
 def _lists(table: Mapping[str, Any]) -> Dict[str, List[Any]]:

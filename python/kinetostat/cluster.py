@@ -141,9 +141,14 @@ def run(words: Sequence[str], out: Union[str, "os.PathLike[str]"], *, scheduler:
         try:
             count = parts or 8 * max(1, len(client.scheduler_info()["workers"]))
             folder = os.getcwd()
-            files = _parts(client, list(words), count, folder, scratch, progress)
-            joined = os.path.join(scratch, "joined.csv")
-            table = _call(["join", *files, "-o", joined], folder, joined)
+            try:
+                files = _parts(client, list(words), count, folder, scratch, progress)
+            except CommandFailed as failed:
+                if parts or "--part: there are only" not in failed.words:
+                    raise
+                files = _parts(client, list(words), 1, folder, scratch, progress)  # fewer poses than parts
+            joined = files[0] if len(files) == 1 else os.path.join(scratch, "joined.csv")
+            table = pathlib.Path(joined).read_bytes() if len(files) == 1 else _call(["join", *files, "-o", joined], folder, joined)
         finally:
             if client is not scheduler:
                 client.close()

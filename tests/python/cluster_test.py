@@ -109,6 +109,14 @@ class Parts(unittest.TestCase):
         cluster.run(DRAWS, self.folder / "parts.csv", scheduler=self.client, parts=3)
         self.assertEqual((self.folder / "parts.csv").read_bytes(), one_process(DRAWS, "--drawn", self.folder / "whole.csv"))
 
+    def test_there_may_be_fewer_of_them_than_parts(self):
+        draws = [*DRAWS[:-1], "3"]
+        cluster.run(draws, self.folder / "few.csv", scheduler=self.client, parts=5)
+        self.assertEqual((self.folder / "few.csv").read_bytes(), one_process(draws, "--drawn", self.folder / "whole_few.csv"))
+        poses = ["map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:2,y=0,z=0", "--index", "weakest-translation"]
+        cluster.run(poses, self.folder / "two.csv", scheduler=self.client)
+        self.assertEqual((self.folder / "two.csv").read_bytes(), one_process(poses, "-o", self.folder / "whole_two.csv"))
+
     def test_what_the_program_refuses_comes_out(self):
         with self.assertRaisesRegex(cluster.CommandFailed, "no index") as caught:
             cluster.run([*MAP, "--index", "wekest"], self.folder / "x.csv", scheduler=self.client, parts=2)

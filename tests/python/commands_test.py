@@ -374,6 +374,9 @@ class Readings(Commands):
         self.assertEqual(made.result["hidden"], by_program["hidden"])
         self.assertEqual(made.folder, str(self.path("python")))
         self.assertIn(made.folder, repr(made))
+        in_si = ks.simulate(robot, self.path("in_si"), plan, noise_translation=5e-6, noise_rotation=2e-5, seed=7,
+                            effects=[{"effect": "clearance", "at": "x.rho", "gap": 20e-6}])
+        self.assertEqual(in_si.result["hidden"], by_program["hidden"])
         again = ks.simulate(robot, self.path("again"), like=self.path("python") / "campaign.yaml", seed=8)
         self.program("simulate", robot.file, "--like", self.path("program/campaign.yaml"), "--seed", 8, "--out", self.path("program_again"))
         self.assertEqual((self.path("again") / "readings.csv").read_bytes(), self.path("program_again/readings.csv").read_bytes())

@@ -199,6 +199,16 @@ class Found(Folder):
         with self.assertRaisesRegex(Broken, "of the law"):
             ks.diagnose(campaign, ["drag"])
 
+    def test_a_law_that_is_no_number_somewhere_is_an_error(self):
+        calls = []
+
+        def law(d, a, w):
+            calls.append(d)
+            return a * np.tanh(d / w) * (np.nan if len(calls) > 200 else 1)
+        robot = ks.with_effects(self.bench(), ks.effect_kind(law, name="drag", parameters=PARAMETERS, formula=False))
+        with self.assertRaisesRegex(ks.ArgumentError, "the law 'drag' is nan"):
+            ks.diagnose(self.readings(robot), ["drag"])
+
 
 if __name__ == "__main__":
     PROGRAM, SOURCE = sys.argv[1:3]

@@ -354,7 +354,7 @@ class Readings(unittest.TestCase):
         robot = ks.Robot.parse(text, "/nowhere/bench.yaml")
         readings = {"fz": [0.0, 100, 200, 300, -100, -200], "dz": [0.0, 1e-4, 2e-4, 3e-4, -1e-4, -2e-4]}
         campaign = ks.campaign_of(readings, robot, noise={"translation": 1e-6})
-        for found in (ks.compare(campaign), ks.diagnose(campaign, ["friction"], draws=50)):
+        for found in (ks.compare(campaign), ks.diagnose(campaign, ["friction"], draws=99)):
             self.assertEqual(found.result["inputs"]["robot"]["sha256"], hashlib.sha256(text.encode()).hexdigest())
 
     def test_frames_hold_readings_and_what_is_left_of_them(self):
@@ -373,7 +373,7 @@ class Readings(unittest.TestCase):
 
     def test_a_frame_of_a_campaign_is_that_campaign(self):
         masked = {"mask": [False, True] + [False] * 10, "time": np.arange(12.0), "humidity": 40 + np.arange(12.0), "who": ["Ann", "Bob"] * 6,
-                  "sigma_dz": [2e-6] * 12, "sigma_dx": [3e-6] * 12}
+                  "sigma_dz": [2e-6] * 12, "sigma_dx": [3e-6] * 12, "corr_dx_dz": [0.9] * 11 + [None]}
         robot = ks.Robot.read(source("data/robots/six_axis.yaml"))
         q = {name: np.repeat([0.1, 0.3, 0.5], 4) for name in robot.joints}
         loads = {"fz": np.tile([-100.0, 200, -300, 400], 3), "mx": np.linspace(0, 5, 12), "px": [0.1] * 12, "py": [0] * 12, "pz": [0.02] * 12}
@@ -395,6 +395,25 @@ class Readings(unittest.TestCase):
         self.assertLess(abs(ks.frame_of(poses)["x"][0] + 0.051814093), 1e-9)
         self.assertEqual(list(ks.frame_of(ks.campaign_of(frame.assign(used=frame["id"] != "3"), robot))["used"]),
                          [True, True, False] + [True] * 9)
+
+    def test_what_is_used_is_said_by_booleans_or_their_numbers(self):
+        bench, force = source("data/robots/bench.yaml"), np.array([0.0, 100, 200, 300])
+        readings = {"fz": force, "dz": 1e-8 * force, "used": [True, False, True, True]}
+
+        def used(**changed):
+            return list(ks.campaign_of(readings | changed, bench, noise={"translation": 1e-6}).columns()["used"])
+        for said in (readings["used"], [1, 0, 1, 1], [1.0, 0.0, 1.0, 1.0], ["True", "False", "True", "True"]):
+            self.assertEqual(used(used=said), readings["used"])
+        self.assertEqual(used(mask=[False, False, False, True]), [True, False, True, False])
+        for unknown in (None, np.nan, "yes", 2):
+            with self.assertRaisesRegex(ks.ArgumentError, "'used' has .* in row 3"):
+                used(used=[True, True, True, unknown])
+
+    def test_loads_that_are_in_no_column_are_warned_of(self):
+        keys = {"noise": {"translation": 1e-6}, "weights": {"plate": {"on": "platform", "at": [0, 0, 0.1]}}}
+        campaign = ks.campaign_of({"plate": [0.0, 5, 10], "dz": [0.0, 1e-6, 2e-6]}, source("data/robots/bench.yaml"), **keys)
+        with self.assertWarnsRegex(UserWarning, "no column"):
+            ks.frame_of(campaign)
 
     def test_frames_may_have_missing_values_and_a_named_index(self):
         import pandas
