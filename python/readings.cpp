@@ -265,14 +265,13 @@ void add_campaigns(py::module_& module) {
       .def_property_readonly("robot", [](const CampaignValue& v) { return v.robot; })
       .def_property_readonly("notes", [](const CampaignValue& v) { return v.campaign.notes; })
       .def_property_readonly("warnings", [](const CampaignValue& v) { return v.campaign.warnings; })
-      .def_property_readonly("has_loads_besides_wrench",
-                             [](const CampaignValue& v) {
-                               return std::any_of(v.campaign.readings.begin(),
-                                                  v.campaign.readings.end(), [](const auto& r) {
-                                                    return !r.load.nodes.empty() ||
-                                                           !r.load.joints.empty();
-                                                  });
-                             })
+      .def_property_readonly(
+          "has_loads_besides_wrench",
+          [](const CampaignValue& v) {
+            return std::any_of(
+                v.campaign.readings.begin(), v.campaign.readings.end(),
+                [](const auto& r) { return !r.load.nodes.empty() || !r.load.joints.empty(); });
+          })
       .def_property_readonly("components",
                              [](const CampaignValue& v) {
                                std::vector<std::string> names;
