@@ -90,15 +90,9 @@ std::vector<std::size_t> approaches_of(const Campaign& campaign) {
     if (const Reading& r = campaign.readings[i]; r.cycle.empty()) others[r.session].push_back(i);
   for (auto& [session, rows] : others) runs.push_back(std::move(rows));
   std::vector<std::size_t> approaches(campaign.readings.size());
-  std::size_t count = 0;
-  for (const Cycle& run : runs)
-    for (std::size_t k = 0; k < run.size(); ++k) {
-      const auto configuration = campaign.readings[run[k]].configuration;
-      const bool is_last =
-          k + 1 == run.size() || campaign.readings[run[k + 1]].configuration != configuration;
-      approaches[run[k]] = count;
-      count += is_last ? 1 : 0;
-    }
+  const std::vector<Cycle> stretches = stretches_of(campaign, runs);
+  for (std::size_t i = 0; i < stretches.size(); ++i)
+    for (const std::size_t reading : stretches[i]) approaches[reading] = i;
   return approaches;
 }
 

@@ -188,9 +188,9 @@ std::vector<Cycle> runs_of(const Campaign& campaign) {
 
 }  // namespace
 
-std::vector<Cycle> histories_of(const Campaign& campaign) {
+std::vector<Cycle> stretches_of(const Campaign& campaign, const std::vector<Cycle>& cycles) {
   std::vector<Cycle> result;
-  for (const Cycle& cycle : runs_of(campaign))
+  for (const Cycle& cycle : cycles)
     for (std::size_t k = 0; k < cycle.size(); ++k) {
       const bool same = k > 0 && campaign.readings[cycle[k]].configuration ==
                                      campaign.readings[cycle[k - 1]].configuration;
@@ -198,6 +198,10 @@ std::vector<Cycle> histories_of(const Campaign& campaign) {
       result.back().push_back(cycle[k]);
     }
   return result;
+}
+
+std::vector<Cycle> histories_of(const Campaign& campaign) {
+  return stretches_of(campaign, runs_of(campaign));
 }
 
 std::vector<Cycle> load_cycles(const Campaign& campaign) {

@@ -34,6 +34,8 @@ using Cycle = std::vector<std::size_t>;
 std::vector<Cycle> cycles_as_run(const Campaign& campaign);
 /// The same, and each reading that belongs to no cycle by itself.
 std::vector<Cycle> all_cycles(const Campaign& campaign);
+/// Of such cycles, stretches in which readings of one configuration follow each other.
+std::vector<Cycle> stretches_of(const Campaign& campaign, const std::vector<Cycle>& cycles);
 /// Readings along which histories are carried: the same without a change of configuration inside;
 /// where the campaign says that the history continues, all cycles of a session in one.
 std::vector<Cycle> histories_of(const Campaign& campaign);
