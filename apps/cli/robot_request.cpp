@@ -311,8 +311,7 @@ std::optional<vjm::Draws> draws_by_table(const UncertaintyRequest& request, cons
        compute_draws(robot, compute, count, request.seed, wanted, run.threads(), run.progress()))
     table.lines[number] = line_of_draw(number, numbers);
   // An empty part is a table, too, for join.
-  if (!wanted.empty() || !std::filesystem::exists(request.drawn))
-    io::write_atomically(request.drawn, table.text());
+  if (!wanted.empty() || table.lines.empty()) io::write_atomically(request.drawn, table.text());
   if (table.lines.size() < count) {
     run.remark(fmt::format("{} of {} draws are in {}", table.lines.size(), count, request.drawn));
     return std::nullopt;

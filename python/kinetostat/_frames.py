@@ -21,8 +21,8 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     units={"length": "m", "force": "N", "angle": "rad", "time": "s"} unless given, displacement="difference", noise=
     {"translation": 15e-6} or {"translation": "15 um"}. A column of booleans "mask", or "used" as frame_of() has it, says which
     readings are left out (1 and 0 will do). What frame_of() makes of a campaign is taken back, with the campaign's other keys but
-    `wrench_frame` and `wrench_point`; loads of weights, cylinders and torques have no column. Both are written to `folder` (a new temporary one), as campaign.yaml and
-    readings.csv, and read from there."""
+    `wrench_frame` and `wrench_point`; loads of weights, cylinders and torques have no column. Both are written to `folder` (a new
+    temporary one), as campaign.yaml and readings.csv, and read from there."""
     folder = os.fspath(folder) if folder is not None else tempfile.mkdtemp(prefix="kinetostat-")
     os.makedirs(folder, exist_ok=True)
     columns = _with_mask(_lists(table))
@@ -37,7 +37,7 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     file_of_robot = robot.file if isinstance(robot, Robot) else os.fspath(robot)
     content = {"kinetostat": 1, "campaign": "readings in memory", "robot": os.path.abspath(file_of_robot),
                "units": {"length": "m", "force": "N", "angle": "rad", "time": "s"}, "displacement": "difference",
-               **{key: _with_units(value) if key.endswith("noise") or key == "repeatability" else value for key, value in keys.items()},
+               **{key: _with_units(value) if key.endswith(("noise", "repeatability")) else value for key, value in keys.items()},
                "readings": "readings.csv"}
     campaign = os.path.join(folder, "campaign.yaml")
     with open(campaign, "w", encoding="utf-8") as file:
@@ -47,8 +47,9 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
 
 def frame_of(value: Union[Campaign, Comparison, Map, Trace]) -> Any:
     """A pandas.DataFrame, SI: the readings of a campaign (conditions, postures, loads about their point, displacements,
-    covariates; a warning where weights, cylinders or torques act, which are in no column), those of a comparison with what the best model leaves of them ("residual dz", and "whitened dz" in units of the
-    noise), a map, one row a pose, or a path of equilibria, one row a point."""
+    covariates; a warning where weights, cylinders or torques act, which are in no column), those of a comparison with what the best
+    model leaves of them ("residual dz", and "whitened dz" in units of the noise), a map, one row a pose, or a path of equilibria,
+    one row a point."""
     import pandas
     if not isinstance(value, (Campaign, Comparison, Map, Trace)):
         raise ArgumentTypeError(f"a campaign, a comparison, a map or a trace makes a frame, not {type(value).__name__}")
@@ -93,10 +94,13 @@ def _with_mask(columns: Dict[str, List[Any]]) -> Dict[str, List[Any]]:
 def _truths(name: str, values: List[Any]) -> List[bool]:
     """Booleans, 1 and 0, or their words: anything else would decide about readings in silence."""
     words = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
-    for row, value in enumerate(values):
-        if str(value).strip().lower() not in words:
+
+    def truth(row: int, value: Any) -> bool:
+        word = str(value).strip().lower()
+        if word not in words:
             raise ArgumentError(f"the column '{name}' has {value!r} in row {row}: give True or False, or 1 or 0")
-    return [words[str(value).strip().lower()] for value in values]
+        return words[word]
+    return [truth(row, value) for row, value in enumerate(values)]
 
 
 def _lists(table: Mapping[str, Any]) -> Dict[str, List[Any]]:

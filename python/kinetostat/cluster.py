@@ -147,8 +147,9 @@ def run(words: Sequence[str], out: Union[str, "os.PathLike[str]"], *, scheduler:
                 if parts or "--part: there are only" not in failed.words:
                     raise
                 files = _parts(client, list(words), 1, folder, scratch, progress)  # fewer poses than parts
-            joined = files[0] if len(files) == 1 else os.path.join(scratch, "joined.csv")
-            table = pathlib.Path(joined).read_bytes() if len(files) == 1 else _call(["join", *files, "-o", joined], folder, joined)
+            joined = os.path.join(scratch, "joined.csv")
+            whole = pathlib.Path(files[0]).read_bytes() if len(files) == 1 else None
+            table = whole or _call(["join", *files, "-o", joined], folder, joined)
         finally:
             if client is not scheduler:
                 client.close()
