@@ -392,15 +392,16 @@ double parse_quantity(std::string_view text, const Dimension& expected,
   const std::string_view whole = trimmed(text);
   std::string_view rest = whole;
   const double number = take_number(rest, whole, expected);
-  if (rest.empty()) {
-    if (default_unit.empty() && expected != dimension::none)
-      throw std::invalid_argument(
-          fmt::format("'{}' has no unit: expected {}", whole, example_units(expected)));
-    return default_unit.empty() ? number : to_si(number, parse_unit(default_unit).factor);
+  const bool is_plain = rest.empty();
+  if (is_plain && default_unit.empty()) {
+    if (expected == dimension::none) return number;
+    throw std::invalid_argument(
+        fmt::format("'{}' has no unit: expected {}", whole, example_units(expected)));
   }
-  const Unit unit = parse_unit(rest);
+  const Unit unit = parse_unit(is_plain ? default_unit : rest);
   if (!fits(unit.dimension, expected))
-    throw std::invalid_argument(fmt::format("'{}' is in {}: expected {}", whole,
+    throw std::invalid_argument(fmt::format("'{}{}{}' is in {}: expected {}", whole,
+                                            is_plain ? " " : "", is_plain ? default_unit : "",
                                             to_string(unit.dimension), example_units(expected)));
   return to_si(number, unit.factor);
 }

@@ -52,7 +52,7 @@ struct Unit {
 Unit parse_unit(std::string_view text);
 
 /// Reads "<number> <unit>" and returns the value in SI. A plain number is taken in `default_unit`;
-/// when `default_unit` is empty, a unit is required unless a plain number is expected. The unit
+/// when `default_unit` is empty, a unit is required unless a plain number is expected. Either unit
 /// must have the dimension `expected`; angles count as plain numbers inside compound units
 /// ("N m/rad" and "N m" are both torsional stiffness), but not alone. "inf" is read as infinity.
 /// Throws std::invalid_argument saying what was expected and what would work.

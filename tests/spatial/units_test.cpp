@@ -108,6 +108,7 @@ TEST(Quantity, ExamplesOfTheFileFormats) {
   EXPECT_DOUBLE_EQ(parse_quantity(" -30deg ", dimension::angle), -pi / 6);
   EXPECT_DOUBLE_EQ(parse_quantity("+.5e1mm", dimension::length), 5e-3);
   EXPECT_DOUBLE_EQ(parse_quantity("1 %", dimension::none), 0.01);
+  EXPECT_THAT(complaint("180", dimension::length, "deg"), HasSubstr("'180 deg' is in rad"));
   EXPECT_EQ(parse_quantity("inf N/m", dimension::linear_stiffness),
             std::numeric_limits<double>::infinity());
 }

@@ -1,6 +1,7 @@
 #include "kinetostat/vjm/exchange/dh_table.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/io/csv.h"
+#include "kinetostat/io/largest_number.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/spatial/rotation.h"
 
@@ -100,9 +102,10 @@ Row read_row(const YamlNode& node, std::size_t number, const UnitSystem& units) 
 RobotDescription read_yaml_table(const std::filesystem::path& file) {
   const YamlNode top = io::read_yaml(file);
   if (!top.has("dh"))
-    throw common::InputError(file, "this is no table of Denavit and Hartenberg's parameters",
-                             "Write 'dh: standard' or 'dh: modified', and 'joints:' with theta, d, "
-                             "a and alpha of each");
+    throw common::InputError(
+        file, "there is no key 'dh': this is no table of Denavit and Hartenberg's parameters",
+        "Write 'dh: standard' or 'dh: modified', and 'joints:' with theta, d, "
+        "a and alpha of each");
   top.allow_only({"kinetostat", "name", "units", "dh", "joints"});
   io::check_format_version(top);
   const UnitSystem units = io::read_units(top.at("units"));
@@ -150,16 +153,28 @@ class Columns {
     const auto c = find(name);
     return c && !table_.missing(row, *c) ? std::string(table_.cell(row, *c)) : otherwise;
   }
-  // In SI; the unit is the column's or the cell's own.
+  // In SI; the unit is the column's or the cell's own. Of none in an empty cell alone: the words
+  // for "not measured" are no parameters.
   std::optional<double> quantity(std::size_t row, const std::string& name,
                                  const spatial::Dimension& of) const {
     const auto c = find(name);
-    if (!c || table_.missing(row, *c)) return std::nullopt;
+    if (!c || table_.empty(row, *c)) return std::nullopt;
+    const std::string cure = "Write the unit into the name of the column: 'a [mm]'";
     try {
-      return spatial::parse_quantity(table_.cell(row, *c), of, columns_[*c].second);
+      const double value = spatial::parse_quantity(table_.cell(row, *c), of, columns_[*c].second);
+      if (std::abs(value) <= io::largest_number) return value;
     } catch (const std::invalid_argument& error) {
-      table_.fail(row, *c, error.what(), "Write the unit into the name of the column: 'a [mm]'");
+      table_.fail(row, *c, error.what(), cure);
     }
+    table_.fail(row, *c, "is no finite number");
+  }
+  std::optional<double> positive(std::size_t row, const std::string& name,
+                                 const spatial::Dimension& of) const {
+    const std::optional<double> value = quantity(row, name, of);
+    if (value && !(*value > 0))
+      table_.fail(row, *find(name), "is not positive",
+                  "Give a value above zero, or leave it empty");
+    return value;
   }
   std::string word(std::size_t row, const std::string& name, const std::vector<std::string>& words,
                    const std::string& otherwise) const {
@@ -184,10 +199,14 @@ Row read_row(const io::CsvTable& table, const Columns& columns, std::size_t i) {
   const spatial::Dimension of = row.slides ? dimension::length : dimension::angle;
   row.lower = columns.quantity(i, "lower", of);
   row.upper = columns.quantity(i, "upper", of);
+  if (row.lower.has_value() != row.upper.has_value())
+    table.fail(i, *columns.find(row.lower ? "lower" : "upper"),
+               fmt::format("a range has both ends, and '{}' is empty or not there",
+                           row.lower ? "upper" : "lower"));
   if (row.lower && row.upper && !(*row.lower < *row.upper))
     table.fail(i, *columns.find("lower"), "is not below 'upper'");
-  row.effort = columns.quantity(i, "effort", row.slides ? dimension::force : dimension::moment);
-  row.stiffness = columns.quantity(
+  row.effort = columns.positive(i, "effort", row.slides ? dimension::force : dimension::moment);
+  row.stiffness = columns.positive(
       i, "stiffness", row.slides ? dimension::linear_stiffness : dimension::torsional_stiffness);
   return row;
 }
