@@ -55,6 +55,7 @@ class Reader {
     check_names(description_);
     take_masses_of_geoms();
     say_what_lacks();
+    say_what_is_left_out();
     separate_collision_shapes();
     return std::move(description_);
   }
@@ -72,7 +73,8 @@ class Reader {
       xml_.fail(*include, "included files are not read",
                 "Give the included file, or one that MuJoCo has saved (mj_saveLastXML)");
     for (const Element* compiler : XmlFile::children(top_, "compiler")) {
-      degrees_ = xml_.text_or(*compiler, "angle", degrees_ ? "degree" : "radian") != "radian";
+      degrees_ = xml_.choice_or(*compiler, "angle", {"degree", "radian"},
+                                degrees_ ? "degree" : "radian") == "degree";
       sequence_ = xml_.text_or(*compiler, "eulerseq", sequence_);
       mesh_folder_ =
           xml_.text_or(*compiler, "meshdir", xml_.text_or(*compiler, "assetdir", mesh_folder_));
@@ -86,11 +88,8 @@ class Reader {
   }
 
   void read_sources_of_masses(const Element& compiler) {
-    inertia_from_geom_ = xml_.text_or(compiler, "inertiafromgeom", inertia_from_geom_);
-    if (inertia_from_geom_ != "auto" && inertia_from_geom_ != "true" &&
-        inertia_from_geom_ != "false")
-      xml_.fail(compiler, fmt::format("inertiafromgeom '{}' is none of auto, true and false",
-                                      inertia_from_geom_));
+    inertia_from_geom_ =
+        xml_.choice_or(compiler, "inertiafromgeom", {"auto", "true", "false"}, inertia_from_geom_);
     if (xml_.has(compiler, "inertiagrouprange"))
       groups_of_masses_ = xml_.numbers(compiler, "inertiagrouprange", 2);
     if (xml_.number_or(compiler, "settotalmass", -1) > 0)
@@ -106,11 +105,21 @@ class Reader {
     for (const Element* e : XmlFile::children(element, "default")) add_class(*e, name);
   }
 
+  // The class that an attribute names, which must be there unless it is that of all.
+  std::string known_class(const Element& element, const char* attribute,
+                          const std::string& otherwise) const {
+    const std::string name = xml_.text_or(element, attribute, otherwise);
+    if (name.empty() || name == "main" || classes_.contains(name)) return name;
+    std::vector<std::string> known;
+    for (const auto& [other, _] : classes_) known.push_back(other);
+    xml_.fail_unknown(element, "the class of defaults", name, known);
+  }
+
   // The element itself, or that of its kind in the nearest class that has the attribute.
   const Element* holder(const Element& element, const char* attribute,
                         const std::string& active) const {
     if (xml_.has(element, attribute)) return &element;
-    std::string name = xml_.text_or(element, "class", active);
+    std::string name = known_class(element, "class", active);
     for (int depth = 0; !name.empty() && depth < 100; ++depth) {
       const auto found = classes_.find(name);
       if (found == classes_.end()) return nullptr;
@@ -197,7 +206,8 @@ class Reader {
   void add_content(const Element& parent, const Place& place) {
     for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       const std::string kind = e->Name();
-      const Place inner{place.link, place.pose * Pose(), word(*e, "childclass", "", place.active)};
+      const Place inner{place.link, place.pose * Pose(),
+                        known_class(*e, "childclass", place.active)};
       if (kind == "body") add_body(*e, inner);
       if (kind == "frame")
         add_content(*e, {place.link, place.pose * pose_of(*e, ""), inner.active});
@@ -223,7 +233,7 @@ class Reader {
       const std::string kind = e->Name();
       if (kind == "joint") joints.push_back({e, frame, active});
       if (kind == "frame")
-        find_joints(*e, frame * pose_of(*e, ""), word(*e, "childclass", "", active), joints);
+        find_joints(*e, frame * pose_of(*e, ""), known_class(*e, "childclass", active), joints);
     }
   }
 
@@ -270,7 +280,9 @@ class Reader {
 
   DescribedJoint read_joint(const Element& e, const std::string& active) {
     const std::string type = word(e, "type", active, "hinge");
-    if (type != "hinge" && type != "slide")
+    if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
+      xml_.fail_unknown(e, "the joint type", type, {"hinge", "slide"});
+    if (type == "ball" || type == "free")
       xml_.fail(e, fmt::format("a {} joint cannot be part of a stiffness model", type),
                 "Cut it out, or replace it by joints with one axis each");
     DescribedJoint joint{
@@ -281,13 +293,15 @@ class Reader {
     joint.axis = axis == nullptr ? Vector3::UnitZ() : xml_.direction(*axis, "axis");
     read_range(e, active, joint);
     read_spring(e, active, joint);
+    if (number(e, "armature", active, 0) != 0) with_armature_.push_back(joint.name);
     if (const Element* h = holder(e, "actuatorfrcrange", active))
       joint.effort = xml_.numbers(*h, "actuatorfrcrange", 2)[1];
     return joint;
   }
 
   void read_spring(const Element& e, const std::string& active, DescribedJoint& joint) const {
-    const double stiffness = number(e, "stiffness", active, 0),
+    const Element* h = holder(e, "stiffness", active);
+    const double stiffness = h == nullptr ? 0 : xml_.not_negative(*h, "stiffness", "a stiffness"),
                  rest = number(e, "springref", active, 0);
     if (!(stiffness > 0)) return;
     joint.stiffness = stiffness;
@@ -324,8 +338,8 @@ class Reader {
 
   DescribedInertia read_inertia(const Element& e, const Pose& place) const {
     const Pose pose = place * pose_of(e, "");
-    DescribedInertia inertia{.mass = xml_.number(e, "mass"), .center = pose.position()};
-    if (inertia.mass < 0) xml_.fail(e, "a mass cannot be negative");
+    DescribedInertia inertia{.mass = xml_.not_negative(e, "mass", "a mass"),
+                             .center = pose.position()};
     Matrix3 tensor = Matrix3::Zero();
     if (xml_.has(e, "fullinertia")) {
       const std::vector<double> i = xml_.numbers(e, "fullinertia", 6);
@@ -412,17 +426,17 @@ class Reader {
       shape.pose = pose_of(e, active);
       return shape;
     }
-    const Element* sized = holder(e, "size", active);
-    if (sized == nullptr) return std::nullopt;
-    std::vector<double> half = xml_.numbers(*sized, "size");
-    half.resize(3);
-    DescribedShape shape{.pose = pose_of(e, active)};
     const std::string type = word(e, "type", active, "sphere");
+    if (!word(e, "mesh", active, "").empty() || type == "mesh" || type == "plane" ||
+        type == "hfield" || type == "sdf")
+      return std::nullopt;
+    std::vector<double> half = sizes(e, type, active);
+    DescribedShape shape{.pose = pose_of(e, active)};
     if (const Element* ends = holder(e, "fromto", active)) {
       const std::vector<double> p = xml_.numbers(*ends, "fromto", 6);
       const Vector3 from(p[0], p[1], p[2]), to(p[3], p[4], p[5]);
       const double length = (to - from).norm();
-      if (!(length > 0)) return std::nullopt;
+      if (!(length > 0)) xml_.fail(*ends, "both ends of 'fromto' are in one place");
       shape.pose = {
           Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), to - from).toRotationMatrix(),
           (from + to) / 2};
@@ -442,8 +456,30 @@ class Reader {
       shape.solid = {.kind = Kind::capsule, .radius = 1};
       shape.scale = {half[0], half[1], half[2]};
     }
-    if (shape.is_empty() || shape.scale.prod() == 0) return std::nullopt;
     return shape;
+  }
+
+  // Half edges, radius and half length, or half axes, as many as the type of a geom has; with
+  // `fromto` the ends give the last one.
+  std::vector<double> sizes(const Element& e, const std::string& type,
+                            const std::string& active) const {
+    static const std::map<std::string, std::size_t> counts = {
+        {"sphere", 1}, {"capsule", 2}, {"cylinder", 2}, {"ellipsoid", 3}, {"box", 3}};
+    const auto known = counts.find(type);
+    if (known == counts.end())
+      xml_.fail_unknown(
+          e, "the type of geom", type,
+          {"sphere", "capsule", "cylinder", "ellipsoid", "box", "mesh", "plane", "hfield", "sdf"});
+    const std::size_t count = holder(e, "fromto", active) != nullptr ? 1 : known->second;
+    const Element* sized = holder(e, "size", active);
+    std::vector<double> half;
+    if (sized != nullptr) half = xml_.numbers(*sized, "size");
+    if (half.size() < count || std::any_of(half.begin(), half.begin() + std::ptrdiff_t(count),
+                                           [](double size) { return !(size > 0); }))
+      xml_.fail(e, fmt::format("a {} needs {} of 'size' above zero", type,
+                               count == 1 ? "a number" : fmt::format("{} numbers", count)));
+    half.resize(3);
+    return half;
   }
 
   void add_site(const Element& e, const Place& place) {
@@ -513,10 +549,60 @@ class Reader {
         DescribedJoint* driven = joint(xml_.text_or(*e, "joint", ""));
         const Element* range = holder(*e, "forcerange", "main");
         if (driven == nullptr || driven->effort || range == nullptr) continue;
-        const Element* gear = holder(*e, "gear", "main");
-        const double ratio = gear == nullptr ? 1 : xml_.numbers(*gear, "gear").at(0);
-        driven->effort = std::abs(ratio * xml_.numbers(*range, "forcerange", 2)[1]);
+        driven->effort = std::abs(ratio_of(*e) * xml_.numbers(*range, "forcerange", 2)[1]);
       }
+  }
+
+  double ratio_of(const Element& actuator) const {
+    const Element* gear = holder(actuator, "gear", "main");
+    if (gear == nullptr) return 1;
+    const std::vector<double> ratios = xml_.numbers(*gear, "gear");
+    if (ratios.empty()) xml_.fail(*gear, "gear holds no number");
+    return ratios.front();
+  }
+
+  // Of an actuator that drives a joint to a position: what its force falls by with the way, as the
+  // actuator sees it. 0 of another one.
+  double gain(const Element& e) const {
+    if (const Element* h = holder(e, "kp", "main")) return xml_.number(*h, "kp");
+    if (word(e, "biastype", "main", "none") != "affine") return 0;
+    const Element* h = holder(e, "biasprm", "main");
+    const std::vector<double> bias =
+        h == nullptr ? std::vector<double>() : xml_.numbers(*h, "biasprm");
+    return bias.size() > 1 ? -bias[1] : 0;
+  }
+
+  void say_what_drives() {
+    std::vector<std::string> gains;
+    for (const Element* actuators : XmlFile::children(top_, "actuator"))
+      for (const Element* e = actuators->FirstChildElement(); e != nullptr;
+           e = e->NextSiblingElement()) {
+        const DescribedJoint* driven = joint(xml_.text_or(*e, "joint", ""));
+        const double stiffness = gain(*e) * ratio_of(*e) * ratio_of(*e);
+        if (driven != nullptr && stiffness > 0)
+          gains.push_back(fmt::format("{}={:.6g} {}", driven->name, stiffness,
+                                      turns(*driven) ? "N m/rad" : "N/m"));
+      }
+    if (!gains.empty())
+      description_.remarks.push_back(
+          fmt::format("Left out: gains of controllers, which are no springs. Where they are the "
+                      "stiffness of the drives, give --joint-stiffness '{}'",
+                      fmt::join(gains, ",")));
+  }
+
+  void say_what_is_left_out() {
+    if (!with_armature_.empty())
+      description_.remarks.push_back(
+          fmt::format("Left out: the inertia of rotors (armature) of {}, which frequencies lack",
+                      fmt::join(with_armature_, ", ")));
+    std::vector<std::string> tendons;
+    for (const Element* all : XmlFile::children(top_, "tendon"))
+      for (const Element* e = all->FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
+        tendons.push_back(xml_.text_or(*e, "name", fmt::format("line {}", e->GetLineNum())));
+    if (!tendons.empty())
+      description_.remarks.push_back(
+          fmt::format("Left out: tendons and their springs ({})", fmt::join(tendons, ", ")));
+    say_what_drives();
   }
 
   void say_what_lacks() {
@@ -548,6 +634,7 @@ class Reader {
   std::map<std::string, DescribedInertia> of_geoms_;  // of links, from what their geoms weigh
   std::set<std::string> without_mass_;                // links with geoms whose mass is not known
   std::map<std::string, DefaultClass> classes_;
+  std::vector<std::string> with_armature_;  // joints
   std::map<std::string, DescribedShape> meshes_;
   std::map<std::string, double> references_;              // of joints: `ref` [m or rad]
   std::map<std::string, bool> solids_;                    // links with geoms

@@ -344,7 +344,11 @@ class Importer {
   }
 
   void add_mass() {
-    if (!(masses_.mass > 0)) return;
+    if (!(masses_.mass > 0)) {
+      if (masses_.has_tensor)
+        links_ += "    # its inertia is left out: the file gives it no mass\n";
+      return;
+    }
     const Vector3 center = masses_.moment / masses_.mass;
     const Matrix3 i = masses_.inertia - MassSum::steiner(masses_.mass, center);
     const bool possible = is_possible_inertia(i);

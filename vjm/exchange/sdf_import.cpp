@@ -99,6 +99,11 @@ class Reader {
     const Element* e = parent == nullptr ? nullptr : XmlFile::child(*parent, name);
     return e == nullptr ? otherwise : xml_.number(*e, nullptr);
   }
+  double not_negative_in(const Element* parent, const char* name, double otherwise,
+                         const char* what) const {
+    const Element* e = parent == nullptr ? nullptr : XmlFile::child(*parent, name);
+    return e == nullptr ? otherwise : xml_.not_negative(*e, nullptr, what);
+  }
 
   Pose raw_pose(const Element& parent) const {
     const Element* pose = XmlFile::child(parent, "pose");
@@ -143,7 +148,7 @@ class Reader {
     const bool is_computed = inertial != nullptr && is_true(xml_.text_or(*inertial, "auto", ""));
     link.inertia = is_computed           ? inertia_of_collisions(element, *inertial)
                    : inertial == nullptr ? unit_inertia()
-                                         : read_inertia(*inertial);
+                                         : read_inertia(*inertial, link.name);
     for (const char* kind : {"visual", "collision"})
       for (const Element* e : XmlFile::children(element, kind)) {
         const Element* geometry = XmlFile::child(*e, "geometry");
@@ -170,7 +175,8 @@ class Reader {
     if (const Element* box = XmlFile::child(geometry, "box"))
       return {.solid = {.kind = Kind::box, .edges = vector_in(*box, "size", Vector3::Ones())}};
     if (const Element* ball = XmlFile::child(geometry, "sphere"))
-      return {.solid = {.kind = Kind::capsule, .radius = number_in(ball, "radius", 1)}};
+      return {.solid = {.kind = Kind::capsule,
+                        .radius = not_negative_in(ball, "radius", 1, "a radius")}};
     if (const Element* ball = XmlFile::child(geometry, "ellipsoid"))
       return {.solid = {.kind = Kind::capsule, .radius = 1},
               .scale = vector_in(*ball, "radii", Vector3::Ones())};
@@ -178,8 +184,8 @@ class Reader {
          {std::pair("cylinder", Kind::cylinder), std::pair("capsule", Kind::capsule)})
       if (const Element* e = XmlFile::child(geometry, name))
         return {.solid = {.kind = kind,
-                          .radius = number_in(e, "radius", 0.5),
-                          .length = number_in(e, "length", 1)}};
+                          .radius = not_negative_in(e, "radius", 0.5, "a radius"),
+                          .length = not_negative_in(e, "length", 1, "a length")}};
     return {};
   }
 
@@ -195,7 +201,7 @@ class Reader {
   std::optional<DescribedInertia> inertia_of_collisions(const Element& link,
                                                         const Element& inertial) {
     constexpr double usual_density = 1000;  // [kg/m^3]
-    const double of_link = number_in(&inertial, "density", usual_density);
+    const double of_link = not_negative_in(&inertial, "density", usual_density, "a density");
     DescribedInertia sum;
     for (const Element* e : XmlFile::children(link, "collision")) {
       const Element* geometry = XmlFile::child(*e, "geometry");
@@ -206,31 +212,33 @@ class Reader {
         return std::nullopt;
       }
       if (shape.is_empty()) continue;
-      const double density = number_in(e, "density", of_link);
-      if (density < 0) xml_.fail(*e, "a density cannot be negative");
+      const double density = not_negative_in(e, "density", of_link, "a density");
       shape.pose = raw_pose(*e);
       sum = together(sum, uniform_inertia(shape, density * volume(shape)));
     }
     if (!(sum.mass > 0))
       xml_.fail(inertial, "auto: the link has no collision that weighs anything");
-    const double mass = number_in(&inertial, "mass", sum.mass);
-    if (mass < 0) xml_.fail(inertial, "a mass cannot be negative");
+    const double mass = not_negative_in(&inertial, "mass", sum.mass, "a mass");
     sum.tensor *= mass / sum.mass;
     sum.mass = mass;
     return sum;
   }
 
-  DescribedInertia read_inertia(const Element& element) const {
+  DescribedInertia read_inertia(const Element& element, const std::string& link) {
     const Pose pose = raw_pose(element);
-    DescribedInertia inertia{.mass = number_in(&element, "mass", 1), .center = pose.position()};
-    if (inertia.mass < 0) xml_.fail(element, "a mass cannot be negative");
+    DescribedInertia inertia{.mass = not_negative_in(&element, "mass", 1, "a mass"),
+                             .center = pose.position()};
     const Element* moments = XmlFile::child(element, "inertia");
-    const auto of = [&](const char* name, double otherwise = 0) {
-      return moments == nullptr ? otherwise : number_in(moments, name, otherwise);
+    if (moments == nullptr)
+      description_.remarks.push_back(fmt::format(
+          "'{}' has a mass and no <inertia>: of that SDF takes 1 kg m^2 about every axis", link));
+    const auto about = [&](const char* name) {
+      return not_negative_in(moments, name, 1, "a moment of inertia");
     };
+    const auto of = [&](const char* name) { return number_in(moments, name, 0); };
     Matrix3 tensor;
-    tensor << of("ixx", 1), of("ixy"), of("ixz"), of("ixy"), of("iyy", 1), of("iyz"), of("ixz"),
-        of("iyz"), of("izz", 1);
+    tensor << about("ixx"), of("ixy"), of("ixz"), of("ixy"), about("iyy"), of("iyz"), of("ixz"),
+        of("iyz"), about("izz");
     inertia.tensor = pose.rotation() * tensor * pose.rotation().transpose();
     return inertia;
   }
@@ -267,8 +275,10 @@ class Reader {
       if (std::string_view(holder.Name()) == "link") break;
       link = home_of(holder);
     }
+    if (link == "__model__" || link == "world") return;
     const auto found = frames_.find(link);
-    if (found == frames_.end()) return;  // of the model or the world
+    if (found == frames_.end())
+      xml_.fail(element, fmt::format("it is attached to '{}', and there is no such frame", link));
     const std::string name = xml_.text(element, "name");
     description_.links.push_back({.name = name, .line = element.GetLineNum(), .is_mark = true});
     description_.joints.push_back({.name = name + "@fixed",
@@ -290,8 +300,12 @@ class Reader {
     if (type == "revolute") return JointType::revolute;
     if (type == "continuous") return JointType::continuous;
     if (type == "prismatic") return JointType::prismatic;
-    xml_.fail(element, fmt::format("a {} joint is not read", type),
-              "Replace it by revolute and prismatic joints with one axis each");
+    for (const char* several : {"ball", "universal", "revolute2", "screw", "gearbox"})
+      if (type == several)
+        xml_.fail(element, fmt::format("a {} joint is not read", type),
+                  "Replace it by revolute and prismatic joints with one axis each");
+    xml_.fail_unknown(element, fmt::format("of '{}' the joint type", xml_.text(element, "name")),
+                      type, {"fixed", "revolute", "continuous", "prismatic"});
   }
 
   void read_axis(const Element& element, const Pose& at, DescribedJoint& joint) const {
@@ -315,7 +329,7 @@ class Reader {
   }
 
   void read_spring(const Element* dynamics, DescribedJoint& joint) const {
-    const double stiffness = number_in(dynamics, "spring_stiffness", 0);
+    const double stiffness = not_negative_in(dynamics, "spring_stiffness", 0, "a stiffness");
     if (!(stiffness > 0)) return;
     joint.stiffness = stiffness;
     joint.rest = number_in(dynamics, "spring_reference", 0);

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/common/spelling.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/exchange/xml_file.h"
 
@@ -32,6 +31,7 @@ class Reader {
       description.joints.push_back(read_joint(*e));
     for (const Element* e : XmlFile::children(robot, "gazebo")) read_spring(*e, description);
     check_names(description);
+    description.remarks = remarks_;
     return description;
   }
 
@@ -53,21 +53,23 @@ class Reader {
     DescribedInertia inertia;
     const Element* mass = XmlFile::child(element, "mass");
     if (mass == nullptr) xml_.fail(element, "there is no <mass>");
-    inertia.mass = xml_.number(*mass, "value");
-    if (inertia.mass < 0) xml_.fail(*mass, "a mass cannot be negative");
+    inertia.mass = xml_.not_negative(*mass, "value", "a mass");
     const Pose origin = read_origin(element);
     inertia.center = origin.position();
     if (const Element* moments = XmlFile::child(element, "inertia")) {
+      const auto about = [&](const char* name) {
+        return xml_.not_negative(*moments, name, "a moment of inertia");
+      };
       const auto of = [&](const char* name) { return xml_.number_or(*moments, name, 0); };
       Matrix3 tensor;
-      tensor << of("ixx"), of("ixy"), of("ixz"), of("ixy"), of("iyy"), of("iyz"), of("ixz"),
-          of("iyz"), of("izz");
+      tensor << about("ixx"), of("ixy"), of("ixz"), of("ixy"), about("iyy"), of("iyz"), of("ixz"),
+          of("iyz"), about("izz");
       inertia.tensor = origin.rotation() * tensor * origin.rotation().transpose();
     }
     return inertia;
   }
 
-  DescribedLink read_link(const Element& element) const {
+  DescribedLink read_link(const Element& element) {
     DescribedLink link{.name = xml_.text(element, "name"), .line = element.GetLineNum()};
     if (const Element* inertial = XmlFile::child(element, "inertial"))
       link.inertia = read_inertia(*inertial);
@@ -75,7 +77,7 @@ class Reader {
       for (const Element* e : XmlFile::children(element, kind)) {
         const Element* geometry = XmlFile::child(*e, "geometry");
         if (geometry == nullptr) continue;
-        DescribedShape shape = read_shape(*geometry);
+        DescribedShape shape = read_shape(*geometry, link.name);
         if (shape.is_empty()) continue;
         shape.pose = read_origin(*e);
         shape.is_collision = std::string_view(kind) == "collision";
@@ -84,7 +86,7 @@ class Reader {
     return link;
   }
 
-  DescribedShape read_shape(const Element& geometry) const {
+  DescribedShape read_shape(const Element& geometry, const std::string& link) {
     using Kind = PrimitiveSolid::Kind;
     if (const Element* mesh = XmlFile::child(geometry, "mesh"))
       return {.file = xml_.text(*mesh, "filename"),
@@ -92,13 +94,17 @@ class Reader {
     if (const Element* box = XmlFile::child(geometry, "box"))
       return {.solid = {.kind = Kind::box, .edges = xml_.vector(*box, "size")}};
     if (const Element* ball = XmlFile::child(geometry, "sphere"))
-      return {.solid = {.kind = Kind::capsule, .radius = xml_.number(*ball, "radius")}};
+      return {.solid = {.kind = Kind::capsule,
+                        .radius = xml_.not_negative(*ball, "radius", "a radius")}};
     for (const auto& [name, kind] :
          {std::pair("cylinder", Kind::cylinder), std::pair("capsule", Kind::capsule)})
       if (const Element* e = XmlFile::child(geometry, name))
         return {.solid = {.kind = kind,
-                          .radius = xml_.number(*e, "radius"),
-                          .length = xml_.number(*e, "length")}};
+                          .radius = xml_.not_negative(*e, "radius", "a radius"),
+                          .length = xml_.not_negative(*e, "length", "a length")}};
+    if (const Element* other = geometry.FirstChildElement())
+      remarks_.push_back(
+          fmt::format("Left out: a shape of '{}', for URDF knows no <{}>.", link, other->Name()));
     return {};
   }
 
@@ -111,10 +117,8 @@ class Reader {
     if (type == "floating" || type == "planar")
       xml_.fail(element, fmt::format("a {} joint cannot be part of a stiffness model", type),
                 "Cut it out, or replace it by joints with one axis each");
-    const std::string near =
-        common::nearest_spelling(type, {"fixed", "revolute", "continuous", "prismatic"});
-    xml_.fail(element, fmt::format("the joint type '{}' is not known", type),
-              near.empty() ? "" : fmt::format("Did you mean '{}'?", near));
+    xml_.fail_unknown(element, fmt::format("of '{}' the joint type", xml_.text(element, "name")),
+                      type, {"fixed", "revolute", "continuous", "prismatic"});
   }
 
   std::string linked(const Element& joint, const char* end) const {
@@ -143,7 +147,7 @@ class Reader {
   }
 
   void read_limits(const Element& limit, DescribedJoint& joint) const {
-    if (xml_.has(limit, "effort")) joint.effort = xml_.number(limit, "effort");
+    if (xml_.has(limit, "effort")) joint.effort = xml_.not_negative(limit, "effort", "an effort");
     if (joint.type == JointType::continuous) return;
     joint.limits = {xml_.number_or(limit, "lower", 0), xml_.number_or(limit, "upper", 0)};
     if ((*joint.limits)[0] > (*joint.limits)[1]) xml_.fail(limit, "lower is above upper");
@@ -157,12 +161,13 @@ class Reader {
     const std::string name = xml_.text_or(element, "reference", "");
     for (DescribedJoint& joint : description.joints) {
       if (joint.name != name) continue;
-      joint.stiffness = xml_.number(*stiffness, nullptr);
+      joint.stiffness = xml_.not_negative(*stiffness, nullptr, "a stiffness");
       joint.rest = rest == nullptr ? 0 : xml_.number(*rest, nullptr);
     }
   }
 
   XmlFile xml_;
+  std::vector<std::string> remarks_;
 };
 
 }  // namespace

@@ -1,12 +1,15 @@
 #include "kinetostat/vjm/exchange/xml_file.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <tinyxml2.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/spelling.h"
 #include "kinetostat/io/largest_number.h"
 #include "kinetostat/io/text_file.h"
 
@@ -32,6 +35,25 @@ bool read_numbers(const std::string& text, std::vector<double>& values) {
   }
 }
 
+std::string reason_of(tinyxml2::XMLError error) {
+  switch (error) {
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      return "nothing is in it";
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      return "an element is not closed, or closed by another name";
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT:
+      return "an element is not finished";
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
+      return "an attribute is not written as name=\"value\"";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT:
+      return "a comment is not closed by '-->'";
+    case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
+      return "elements are nested too deeply";
+    default:
+      return "it is cut off, or has something between its elements that XML does not know";
+  }
+}
+
 }  // namespace
 
 XmlFile::XmlFile(std::filesystem::path file)
@@ -40,7 +62,7 @@ XmlFile::XmlFile(std::filesystem::path file)
   if (document_->Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
     throw common::InputError({.file = file_,
                               .line = document_->ErrorLineNum(),
-                              .what = fmt::format("this is not XML ({})", document_->ErrorName())});
+                              .what = "this is not XML: " + reason_of(document_->ErrorID())});
 }
 
 XmlFile::~XmlFile() = default;
@@ -64,6 +86,14 @@ void XmlFile::fail(const Element& element, const std::string& what, const std::s
                             .key = fmt::format("<{}>", element.Name()),
                             .what = what,
                             .cure = cure});
+}
+
+void XmlFile::fail_unknown(const Element& element, const std::string& what, const std::string& word,
+                           const std::vector<std::string>& known) const {
+  const std::string near = common::nearest_spelling(word, known);
+  fail(element, fmt::format("{} '{}' is not known", what, word),
+       near.empty() ? fmt::format("Known are {}", fmt::join(known, ", "))
+                    : fmt::format("Did you mean '{}'?", near));
 }
 
 std::vector<const XmlFile::Element*> XmlFile::children(const Element& parent, const char* name) {
@@ -92,6 +122,15 @@ std::string XmlFile::text_or(const Element& element, const char* attribute,
 
 bool XmlFile::has(const Element& element, const char* attribute) const {
   return element.Attribute(attribute) != nullptr;
+}
+
+std::string XmlFile::choice_or(const Element& element, const char* attribute,
+                               const std::vector<std::string>& words,
+                               const std::string& otherwise) const {
+  const std::string word = text_or(element, attribute, otherwise);
+  if (std::find(words.begin(), words.end(), word) == words.end())
+    fail_unknown(element, fmt::format("the {}", attribute), word, words);
+  return word;
 }
 
 std::string XmlFile::raw(const Element& element, const char* attribute) const {
@@ -125,6 +164,13 @@ double XmlFile::number(const Element& element, const char* attribute) const {
 
 double XmlFile::number_or(const Element& element, const char* attribute, double otherwise) const {
   return has(element, attribute) ? number(element, attribute) : otherwise;
+}
+
+double XmlFile::not_negative(const Element& element, const char* attribute,
+                             const char* what) const {
+  const double value = number(element, attribute);
+  if (value < 0) fail(element, fmt::format("{} cannot be negative", what));
+  return value;
 }
 
 spatial::Vector3 XmlFile::vector(const Element& element, const char* attribute) const {

@@ -35,6 +35,11 @@ class XmlFile {
 
   [[noreturn]] void fail(const Element& element, const std::string& what,
                          const std::string& cure = {}) const;
+  /// Of a word that is none of those that are known: says `what` it is ("the joint type"), and the
+  /// nearest of them or all.
+  [[noreturn]] void fail_unknown(const Element& element, const std::string& what,
+                                 const std::string& word,
+                                 const std::vector<std::string>& known) const;
 
   /// Children of a name, in the order of the file.
   static std::vector<const Element*> children(const Element& parent, const char* name);
@@ -46,6 +51,9 @@ class XmlFile {
   std::string text_or(const Element& element, const char* attribute,
                       const std::string& otherwise) const;
   bool has(const Element& element, const char* attribute) const;
+  /// One of some words.
+  std::string choice_or(const Element& element, const char* attribute,
+                        const std::vector<std::string>& words, const std::string& otherwise) const;
 
   /// Finite numbers, with blanks between. `attribute` nullptr: in the text of the element.
   std::vector<double> numbers(const Element& element, const char* attribute) const;
@@ -54,6 +62,8 @@ class XmlFile {
                               std::size_t count) const;
   double number(const Element& element, const char* attribute) const;
   double number_or(const Element& element, const char* attribute, double otherwise) const;
+  /// Fails below 0, by the name of `what` it is ("a mass").
+  double not_negative(const Element& element, const char* attribute, const char* what) const;
   spatial::Vector3 vector(const Element& element, const char* attribute) const;
   spatial::Vector3 vector_or(const Element* element, const char* attribute,
                              const spatial::Vector3& otherwise) const;

@@ -492,5 +492,90 @@ TEST_F(Description, NamesMistakesWithTheirPlace) {
   expect_refused("a.csv", "theta,d,a,alpha,convention\n0 deg,1,0 mm,0 deg,standard\n", "a.csv:2");
 }
 
+// What a YAML table refuses is refused in a CSV table: units of another sort, words for "not
+// measured", half a range, what cannot be negative.
+TEST_F(Description, TablesOfParametersTakeNothingElseForThem) {
+  const auto refused = [this](const std::string& columns, const std::string& cells,
+                              const std::string& message) {
+    expect_refused("a.csv", "convention," + columns + "\nstandard," + cells + "\n", message);
+  };
+  refused("a [deg]", "180", "'180 deg' is in rad: expected a length");
+  refused("d [N m]", "1", "a.csv:2");
+  refused("alpha [mm]", "0", "'0 mm' is in m");
+  refused("stiffness [N/mm]", "5", "'5 N/mm' is in");
+  refused("d [mm]", "nan", "a.csv:2");
+  refused("d [mm]", "-", "a.csv:2");
+  refused("d [mm]", "inf", "is no finite number");
+  refused("lower [deg]", "-10", "'upper' is empty");
+  refused("effort [N m]", "-10", "is not positive");
+  EXPECT_EQ(read("a.csv", "convention,d [mm],stiffness\nstandard,,\n").joints[0].stiffness,
+            std::nullopt);
+}
+
+std::string body_of(const std::string& content) {
+  return "<mujoco>\n<worldbody><body name='b'>" + content + "</body></worldbody></mujoco>";
+}
+
+TEST_F(Description, OfMjcfRefusesWhatMujocoDoes) {
+  const std::string hinge = "<joint name='q'/>";
+  expect_refused("a.xml", body_of("<joint type='slid'/>"),
+                 "the joint type 'slid' is not known. Did you mean 'slide'?");
+  expect_refused("a.xml", body_of("<joint stiffness='-5'/>"), "a stiffness cannot be negative");
+  expect_refused("a.xml", body_of(hinge + "<geom type='box'/>"), "a box needs 3 numbers of 'size'");
+  expect_refused("a.xml", body_of(hinge + "<geom type='capsule' size='0.1'/>"), "2 numbers");
+  expect_refused("a.xml", body_of(hinge + "<geom size='-0.1'/>"), "a sphere needs a number");
+  expect_refused("a.xml", body_of(hinge + "<geom type='cone' size='1'/>"), "the type of geom");
+  expect_refused("a.xml", "<mujoco><compiler angle='deg'/></mujoco>",
+                 "the angle 'deg' is not known");
+  expect_refused("a.xml",
+                 "<mujoco><default><default class='large'/></default><worldbody>"
+                 "<body childclass='larg'><joint/></body></worldbody></mujoco>",
+                 "the class of defaults 'larg' is not known. Did you mean 'large'?");
+}
+
+TEST_F(Description, OfMjcfSaysWhatOfItsDynamicsIsLeftOut) {
+  const auto remarks = read("left_out.xml", R"(<mujoco>
+    <default><position kp="300" gear="2"/></default>
+    <worldbody><body name="b"><joint name="q" armature="0.1"/><geom size="0.1"/>
+      <body><joint name="p" type="slide"/><geom size="0.1"/></body></body></worldbody>
+    <tendon><fixed name="belt"/></tendon>
+    <actuator><position joint="q"/><motor joint="p"/>
+      <general joint="p" biastype="affine" biasprm="0 -40 -1"/></actuator></mujoco>)")
+                           .remarks;
+  EXPECT_THAT(remarks, testing::Contains(HasSubstr("(armature) of q,")));
+  EXPECT_THAT(remarks, testing::Contains(HasSubstr("their springs (belt)")));
+  EXPECT_THAT(remarks, testing::Contains(HasSubstr("'q=1200 N m/rad,p=40 N/m'")));
+}
+
+TEST_F(Description, OfSdfAndUrdfRefuseWhatNoBodyHas) {
+  const auto sdf = [this](const std::string& content, const std::string& message) {
+    expect_refused("a.sdf", "<sdf><model name='m'>" + content + "</model></sdf>", message);
+  };
+  const std::string links = "<link name='a'/><link name='b'/>";
+  sdf(links + "<frame name='tool' attached_to='wrist'/>", "attached to 'wrist'");
+  sdf(links + "<joint name='q' type='revolut'/>",
+      "of 'q' the joint type 'revolut' is not known. Did you mean 'revolute'?");
+  sdf("<link name='a'><inertial><mass>1</mass><inertia><ixx>-1</ixx></inertia></inertial></link>",
+      "a moment of inertia cannot be negative");
+  const auto urdf = [this](const std::string& content, const std::string& message) {
+    expect_refused("a.urdf", "<robot name='r'><link name='a'>" + content + "</link></robot>",
+                   message);
+  };
+  urdf("<inertial><mass value='1'/><inertia iyy='1' izz='1'/></inertial>", "'ixx' is missing");
+  urdf("<visual><geometry><sphere radius='-1'/></geometry></visual>", "a radius cannot");
+  expect_refused("a.urdf", "<robot name='r'><link name='a'></robot>",
+                 "an element is not closed, or closed by another name");
+  const RobotDescription cone =
+      read("cone.urdf",
+           "<robot name='r'><link name='a'><visual><geometry><cone/></geometry></visual></link>"
+           "</robot>");
+  EXPECT_THAT(cone.remarks, testing::ElementsAre(HasSubstr("URDF knows no <cone>")));
+  const RobotDescription no_tensor =
+      read("m.sdf",
+           "<sdf><model name='m'><link "
+           "name='a'><inertial><mass>2</mass></inertial></link></model></sdf>");
+  EXPECT_THAT(no_tensor.remarks, testing::Contains(HasSubstr("'a' has a mass and no <inertia>")));
+}
+
 }  // namespace
 }  // namespace kinetostat::vjm::description_test
