@@ -229,12 +229,17 @@ BodyTree body_tree(const Robot& robot, const Posture& posture, const TreeOptions
 }
 
 namespace {
-constexpr double least = 1e-9;       // kg m^2, and of the inertia itself
+constexpr double least = 1e-9;       // kg m^2 where there is none, and of the inertia itself
 constexpr double least_mass = 2e-6;  // kg: Gazebo takes a millionth for nothing
+
+bool lacks_inertia(const TreeBody& body) {
+  return body.mass < least_mass || !(body.inertia.determinant() > 0);
+}
 }  // namespace
 
 TreeBody with_least_inertia(TreeBody body) {
-  body.inertia += std::max(least * body.inertia.trace(), least) * spatial::Matrix3::Identity();
+  body.inertia +=
+      least * (lacks_inertia(body) ? 1 : body.inertia.trace()) * spatial::Matrix3::Identity();
   body.mass = std::max(body.mass, least_mass);
   return body;
 }
@@ -266,8 +271,7 @@ std::vector<std::string> lost_in_file(std::vector<std::string> own, const BodyTr
                                       bool has_least_inertia) {
   std::vector<std::string> light;
   for (const TreeBody& body : tree.bodies)
-    if (body.mass < least_mass || !(body.inertia.determinant() > 0))
-      light.push_back(common::printable(body.name));
+    if (lacks_inertia(body)) light.push_back(common::printable(body.name));
   if (has_least_inertia && !light.empty())
     own.push_back(
         fmt::format("that nothing has a mass, or an inertia about some axis, behind {}: it has "

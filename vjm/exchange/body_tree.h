@@ -37,7 +37,8 @@ struct BodyTree {
 };
 
 /// The body as simulators want it, which take none without mass, or without inertia about an axis:
-/// 2e-6 kg at least, and a billionth more inertia than it has, 1e-9 kg m^2 at least.
+/// 2e-6 kg at least, and a billionth more inertia than it has, or 1e-9 kg m^2 more where it lacks
+/// some or has less than that mass.
 TreeBody with_least_inertia(TreeBody body);
 
 /// Effects whose laws are more than a linear model of the robot has, in words: not a further

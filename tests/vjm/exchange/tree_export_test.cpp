@@ -174,6 +174,20 @@ TEST_P(TreeExport, EveryBodyHasSomeInertiaWhereTheFormatWantsIt) {
   EXPECT_LT(mass(2, 2), 1e-8);
 }
 
+// A billionth of their own is what bodies get that have inertia, however small they are.
+TEST_P(TreeExport, SmallBodiesKeepTheirInertia) {
+  const Robot tiny = parse_robot(
+      "kinetostat: 1\nname: arm\nunits: {length: m, force: N, angle: rad}\n"
+      "links: {tip: {rigid: [0.01, 0, 0], mass: {mass: 1e-3 kg, center: [0.005, 0, 0], inertia: "
+      "[2e-9, 0, 0, 3e-9, 0, 4e-9]}}}\n"
+      "chain_types:\n  arm:\n    - actuator: {name: q1, axis: Rz, stiffness: 1}\n"
+      "    - link: tip\nmanipulator: {chain: arm}\n",
+      "arm.yaml");
+  const BodyTree tree = body_tree(tiny, posture_from_joints(tiny.manipulator, {}).posture);
+  const double exact = 4e-9 + 1e-3 * 0.005 * 0.005;
+  EXPECT_NEAR(GetParam().read(GetParam().write(tree)).mass()(0, 0) / exact, 1, 1e-8);
+}
+
 // Modelica's joints have none; the program's own readers find the others.
 TEST_P(TreeExport, HasTheRangesOfJointsOrSaysThatItHasNone) {
   const Robot ranged = parse_robot(
