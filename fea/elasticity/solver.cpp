@@ -31,6 +31,7 @@ constexpr int small_model = 8000;  // blocks of three unknowns
 // For forecasts of time: floating-point operations of a factorisation per second; unknowns that
 // multigrid solves per second and thread for a batch of loads.
 constexpr double factorisation_rate = 20e9, multigrid_rate = 1e5;
+constexpr int usual_iterations = 13;  // of these
 // Unknowns times loads that a process of PETSc solves per second.
 constexpr double petsc_rate = 5e4;
 
@@ -212,6 +213,19 @@ class Task {
     stats_.levels.insert(stats_.levels.end(), levels.begin(), levels.end());
   }
 
+  // Iterations of a batch that take as long as the direct method would; without end where that has
+  // no room, or where multigrid was asked for. On one thread, so that the result is that of any
+  // number of them.
+  double most_left() const {
+    constexpr double fewest = 10;
+    const bool has_room = stats_.bytes_before + stats_.direct.bytes <= limit_;
+    if (!has_room || options_.method != SolverMethod::automatic)
+      return std::numeric_limits<double>::infinity();
+    const double iteration =
+        static_cast<double>(stats_.unknowns) / (multigrid_rate * usual_iterations);
+    return std::max(fewest, stats_.direct.seconds / (iteration * static_cast<double>(batches())));
+  }
+
   std::string unconverged(const ConjugateGradientResult& result) const {
     return fmt::format(
         "multigrid reached {:.1e} of {:.0e} in {} iterations: badly shaped elements or a "
@@ -226,7 +240,8 @@ class Task {
       const Eigen::Index count = std::min<Eigen::Index>(columns(), loads_.cols() - first);
       MultiVector b = to_multi_vector(loads_.middleCols(first, count));
       const ConjugateGradientResult result = conjugate_gradients(
-          product, b, std::ref(multigrid), {.tolerance = options_.tolerance}, progress_);
+          product, b, std::ref(multigrid),
+          {.tolerance = options_.tolerance, .most_left = most_left()}, progress_);
       stats_.iterations = std::max(stats_.iterations, result.iterations);
       stats_.residual = std::max(stats_.residual, result.residual);
       if (!result.converged) {

@@ -45,6 +45,16 @@ Lanes ratio(const Lanes& a, const Lanes& b) {
   return result;
 }
 
+// Iterations that are left to `tolerance` at the pace of the last ten; none that are foreseen while
+// there are no more than those.
+double iterations_left(const std::vector<double>& residuals, double tolerance) {
+  constexpr std::size_t window = 10;
+  if (residuals.size() <= window) return 0;
+  const double last = residuals.back(), before = residuals[residuals.size() - 1 - window];
+  const double pace = std::log(before / last) / window;
+  return pace > 0 ? std::log(last / tolerance) / pace : std::numeric_limits<double>::infinity();
+}
+
 double largest_root(const Lanes& a) {
   return std::sqrt(*std::max_element(std::begin(a.v), std::end(a.v)));
 }
@@ -65,6 +75,7 @@ ConjugateGradientResult conjugate_gradients(MultiVectorProduct& product, MultiVe
   product.pool().for_each(product.pieces(), [&](int piece) { inner.add_piece(piece, r, z); });
   const Lanes first = inner.total();
   Lanes rz = first;
+  std::vector<double> residuals;
   while (result.iterations < options.most_iterations) {
     progress.report(
         "conjugate gradients",
@@ -93,6 +104,8 @@ ConjugateGradientResult conjugate_gradients(MultiVectorProduct& product, MultiVe
       result.converged = true;
       return result;
     }
+    residuals.push_back(result.residual);
+    if (iterations_left(residuals, options.tolerance) > options.most_left) return result;
     product.pool().for_each(product.pieces(), [&](int piece) {
       for (auto i = at(3 * product.first(piece)); i < at(3 * product.end(piece)); ++i)
         for (int lane = 0; lane < lane_count; ++lane)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "kinetostat/common/progress.h"
@@ -17,6 +18,8 @@ struct ConjugateGradientOptions {
   /// the solution in the norm of the energy.
   double tolerance = 1e-9;
   int most_iterations = 100;
+  /// Give up where more iterations than these would be left at the pace of the last ten.
+  double most_left = std::numeric_limits<double>::infinity();
 };
 
 struct ConjugateGradientResult {

@@ -154,6 +154,10 @@ TEST(Solver, AutomaticChoiceNoticesElementsTooFlatForMultigrid) {
   EXPECT_GT(response.solver.unknowns, 24000u);
   EXPECT_EQ(response.solver.method, SolverMethod::direct);
   EXPECT_THAT(response.solver.reason, testing::HasSubstr("badly shaped elements"));
+  // It is seen from the pace, long before the last iteration that multigrid may take.
+  const LinkResponse asked = respond_with(SolverMethod::multigrid, mesh, {steel});
+  EXPECT_THAT(asked.solver.reason, testing::HasSubstr("in 100 iterations"));
+  EXPECT_THAT(response.solver.reason, testing::Not(testing::HasSubstr("in 100 iterations")));
 }
 
 // A block with waves on its upper side, four cells long: mid nodes are off the middles of their
