@@ -91,10 +91,9 @@ apps::MeshLinkRequest request_of(const GivenMeshes& given) {
         "out='robot.yaml'");
   if (given.material.empty())
     throw py::value_error("identify: a mesh does not say what it is made of, add material='steel'");
-  apps::require_accuracy(given.accuracy);
   apps::MeshLinkRequest request{.packages = {},
                                 .material = apps::link_material(given.material),
-                                .accuracy = given.accuracy,
+                                .accuracy = apps::link_accuracy(given.accuracy),
                                 .robot_file = *given.out,
                                 .no_cache = !given.cache};
   for (const auto& [name, folder] : given.packages) {

@@ -1,11 +1,13 @@
 #include "kinetostat/apps/cli/option_list.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <set>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -196,9 +198,22 @@ Option Option::group(const std::string& heading) {
   return *this;
 }
 
+namespace {
+// CLI11 reads "nan" and "inf" as numbers, and no range refuses the first.
+std::string why_not_finite(const std::string& text) {
+  double value = 0;
+  return CLI::detail::lexical_cast(text, value) && !std::isfinite(value)
+             ? fmt::format("'{}' is no finite number", text)
+             : std::string();
+}
+}  // namespace
+
 template <class T>
 Option OptionList::add_option(const std::string& name, T& value, const std::string& description) {
-  return Option(app_->add_option(name, value, description));
+  CLI::Option* option = app_->add_option(name, value, description);
+  if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::optional<double>>)
+    option->check(CLI::Validator(why_not_finite, ""));
+  return Option(option);
 }
 
 template Option OptionList::add_option(const std::string&, std::string&, const std::string&);

@@ -221,11 +221,10 @@ io::Json import(const ImportRequest& request, Run& run) {
   }
   MeshLinks links;
   if (request.identify) {
-    require_accuracy(request.accuracy);
     links = identify_bodies(model, robot.bodies,
                             {.packages = packages,
                              .material = link_material(request.material),
-                             .accuracy = request.accuracy,
+                             .accuracy = link_accuracy(request.accuracy),
                              .robot_file = *run.out(),
                              .no_cache = request.no_cache},
                             run);
@@ -266,7 +265,7 @@ void add_identify_options(OptionList& app, ImportRequest& request) {
                  "'{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}'")
       .type_name("MATERIAL")
       .needs(identify);
-  app.add_option("--accuracy", request.accuracy, "Of links that are identified")
+  app.add_option("--accuracy", request.accuracy, "Of links that are identified, in percent")
       .type_name("PERCENT")
       .show_default()
       .needs(identify);

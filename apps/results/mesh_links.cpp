@@ -423,8 +423,11 @@ std::string link_material(const std::string& text) {
   return text;
 }
 
-void require_accuracy(const std::string& text) {
-  require_readable("--accuracy", text, fea::parse_accuracy);
+std::string link_accuracy(const std::string& text) {
+  const bool is_plain = text.find_first_not_of("0123456789.") == std::string::npos;
+  const std::string accuracy = is_plain ? text + " %" : text;
+  require_readable("--accuracy", accuracy, fea::parse_accuracy);
+  return accuracy;
 }
 
 std::filesystem::path mesh_file(const std::string& name, const std::filesystem::path& description,

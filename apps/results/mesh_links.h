@@ -23,8 +23,8 @@ std::filesystem::path mesh_file(const std::string& name, const std::filesystem::
 /// "steel", "aluminium" and "cast-iron" as link files have them, "{E: 70 GPa, nu: 0.33}"; others of
 /// that form as they are. Throws UsageError for --material.
 std::string link_material(const std::string& text);
-/// "5 %". Throws UsageError for --accuracy.
-void require_accuracy(const std::string& text);
+/// "5 %" as it is; a plain number is in percent. Throws UsageError for --accuracy.
+std::string link_accuracy(const std::string& text);
 
 struct MeshLinkRequest {
   Packages packages;
