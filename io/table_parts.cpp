@@ -62,6 +62,24 @@ std::size_t number_of(std::string_view line, std::size_t rows, const std::filesy
   return number;
 }
 
+// How many cells a line has: separators in quotes are none.
+std::size_t cells_in(std::string_view line) {
+  std::size_t cells = 1;
+  bool is_quoted = false;
+  for (const char c : line) {
+    if (c == '"') is_quoted = !is_quoted;
+    if (c == ',' && !is_quoted) ++cells;
+  }
+  return cells;
+}
+
+void require_cells(std::string_view line, std::size_t cells, std::size_t number,
+                   const std::filesystem::path& file) {
+  if (const std::size_t has = cells_in(line); has != cells)
+    throw common::InputError(file, fmt::format("row {} has {} cells, of {}", number, has, cells),
+                             made_again);
+}
+
 std::size_t size_of(const std::vector<std::string>& texts) {
   std::size_t size = 0;
   for (const std::string& text : texts) size += text.size();
@@ -90,7 +108,9 @@ NumberedTable read_numbered_table(const std::filesystem::path& file) {
   NumberedTable table{.title = std::string(lines.next()), .header = std::string(lines.next())};
   while (!lines.rest.empty()) {
     const std::string_view line = lines.next();
-    table.lines[number_of(line, table.rows(), file)] = line;
+    const std::size_t number = number_of(line, table.rows(), file);
+    require_cells(line, cells_in(table.header), number, file);
+    table.lines[number] = line;
   }
   return table;
 }
@@ -116,7 +136,7 @@ JoinedTable join_tables(const std::vector<std::string>& files) {
   PartLines first{all.parts.front()};
   all.title = first.next();
   all.header = first.next();
-  const std::size_t rows = rows_in(all.title);
+  const std::size_t rows = rows_in(all.title), cells = cells_in(all.header);
   if (rows > size_of(all.parts))
     throw common::InputError(files.front(),
                              fmt::format("there are far fewer rows than its {}", rows),
@@ -132,6 +152,7 @@ JoinedTable join_tables(const std::vector<std::string>& files) {
     while (!lines.rest.empty()) {
       const std::string_view line = lines.next();
       const std::size_t number = number_of(line, rows, file);
+      require_cells(line, cells, number, file);
       std::string_view& place = all.lines[number];
       if (place.empty()) place = line;
       if (place != line)

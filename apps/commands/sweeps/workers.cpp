@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/child_process.h"
+#include "kinetostat/common/error.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -34,20 +35,22 @@ std::string last_line(const std::string& words) {
   return words.substr(begin == std::string::npos ? 0 : begin + 1, end - (begin + 1) + 1);
 }
 
-UsageError refusal(const std::string& scheduler, const common::ChildResult& child) {
+[[noreturn]] void refuse(const std::string& scheduler, const common::ChildResult& child) {
   const auto said = [&](const char* text) { return child.words.find(text) != std::string::npos; };
   if (said("No module named 'kinetostat'") || said("No module named kinetostat"))
-    return {"--scheduler", "the Python package kinetostat is not installed",
-            "Install python3-kinetostat, or build with -D KINETOSTAT_PYTHON=ON"};
+    throw UsageError("--scheduler", "the Python package kinetostat is not installed",
+                     "Install python3-kinetostat, or build with -D KINETOSTAT_PYTHON=ON");
   if (said("No module named 'distributed'"))
-    return {"--scheduler", "Dask is not installed", "Install python3-distributed"};
+    throw UsageError("--scheduler", "Dask is not installed", "Install python3-distributed");
   if (said("Timed out") || said("ConnectionRefused") || said("gaierror") || said("CommClosedError"))
-    return {"--scheduler", fmt::format("no scheduler answers at {}", scheduler),
-            "Start one with 'dask-scheduler', and workers with 'dask-worker', or give 'local'"};
-  if (child.code == bad_usage || child.code == bad_input)  // the program's own words
-    return {"--scheduler", fmt::format("a worker was refused: {}", child.words)};
-  return {"--scheduler", fmt::format("the workers failed: {}", last_line(child.words)),
-          "Run the sweep without --scheduler to see whether it is the cluster's fault"};
+    throw UsageError(
+        "--scheduler", fmt::format("no scheduler answers at {}", scheduler),
+        "Start one with 'dask-scheduler', and workers with 'dask-worker', or give 'local'");
+  const std::string refused = fmt::format("a worker was refused: {}", child.words);
+  if (child.code == bad_input) throw common::InputError({.file = {}, .what = refused});
+  if (child.code == bad_usage) throw UsageError("--scheduler", refused);
+  throw UsageError("--scheduler", fmt::format("the workers failed: {}", last_line(child.words)),
+                   "Run the sweep without --scheduler to see whether it is the cluster's fault");
 }
 
 }  // namespace
@@ -69,8 +72,7 @@ void run_on_workers(const std::string& scheduler, const std::vector<std::string>
   call.arguments.emplace_back("--");
   call.arguments.insert(call.arguments.end(), words.begin(), words.end());
   const common::ChildResult child = common::run_child(call, "parts on workers", run.progress());
-  if (child.end != common::ChildResult::End::exited || child.code != 0)
-    throw refusal(scheduler, child);
+  if (child.end != common::ChildResult::End::exited || child.code != 0) refuse(scheduler, child);
 }
 
 }  // namespace kinetostat::apps
