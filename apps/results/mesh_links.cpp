@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -17,9 +16,9 @@
 #include "kinetostat/fea/interface/joint_interface.h"
 #include "kinetostat/fea/link/identify.h"
 #include "kinetostat/fea/link/link_file.h"
-#include "kinetostat/fea/mesh/edge_division.h"
 #include "kinetostat/fea/mesh/primitive_surface.h"
 #include "kinetostat/fea/mesh/surface_import.h"
+#include "kinetostat/fea/surface/edge_halving.h"
 #include "kinetostat/fea/surface/one_solid.h"
 #include "kinetostat/fea/surface/surface_distance.h"
 #include "kinetostat/io/cache.h"
@@ -93,12 +92,8 @@ SurfaceMesh placed(SurfaceMesh surface, const vjm::DescribedShape& shape) {
 
 // The same surface with facets small enough that some lie near a joint anywhere on it.
 SurfaceMesh divided(const SurfaceMesh& surface) {
-  constexpr double size = 1.0 / 40;  // of the diagonal
-  std::vector<std::int32_t> each(surface.triangles.size());
-  std::iota(each.begin(), each.end(), 0);
-  const double diagonal = fea::bounding_box(surface.points).diagonal().norm();
-  return fea::divide_edges(surface, each, {.points = {Vector3::Zero()}, .sizes = {size * diagonal}})
-      .mesh;
+  constexpr double longest = 1.0 / 20;  // edge, of the diagonal
+  return fea::halve_edges(surface, longest * fea::bounding_box(surface.points).diagonal().norm());
 }
 
 // Why a body keeps being rigid.
