@@ -36,7 +36,10 @@ RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, 
   }
   const Solve solve = [&](const SizeField& sizes) {
     meshing.sizes = sizes;
-    return model_on(spec, geometry, mesher, respond, meshing, progress);
+    LinkModel model = model_on(spec, geometry, mesher, respond, meshing, progress);
+    // The next ones: there are about five unknowns for each element, and a mesher may overshoot.
+    meshing.most_elements = options.refinement.most_unknowns / 2;
+    return model;
   };
   RefinementOptions refinement = options.refinement;
   refinement.accuracy = spec.accuracy;

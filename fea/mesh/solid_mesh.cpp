@@ -208,6 +208,11 @@ class SolidMesher::Attempt {
            mesh.element_count() > comfortable_elements;
   }
 
+  // Of a mesh that says how many it may have.
+  bool is_too_large(const TetMesh& mesh) const {
+    return options_.most_elements > 0 && mesh.element_count() > options_.most_elements;
+  }
+
   [[noreturn]] void give_up() {
     std::string also;
     const std::vector<MeshingFailure>& failures = mesher_.record_.failures;
@@ -348,6 +353,13 @@ TetMesh SolidMesher::fill(const TetrahedralizeOptions& options, common::Progress
     if (large && ladder[rung_].surface != ladder[rung_of_large].surface) break;
     std::optional<TetMesh> mesh = attempt.on(ladder[rung_]);
     if (!mesh) continue;
+    if (attempt.is_too_large(*mesh)) {
+      attempt.fail(ladder[rung_],
+                   fmt::format("{} elements are far more than were asked for, as where facets are "
+                               "narrow or nearly cross",
+                               mesh->element_count()));
+      continue;
+    }
     if (!attempt.is_large(*mesh)) {
       attempt.keep(ladder[rung_]);
       return *std::move(mesh);

@@ -50,9 +50,10 @@ struct TetrahedralizeOptions {
   bool name_facets = true;  // of a failure, by crossing_facets(), within the limit
   std::size_t memory_limit = std::size_t{8} << 30;  // [bytes] of the helper; 0: none
   std::size_t largest_element_count = 20'000'000;   // refused beforehand when more are expected
-  std::filesystem::path helper = {};                // kinetostat-tetgen; empty: find_helper()
-  std::filesystem::path remesher = {};              // kinetostat-cgal; empty: find_helper()
-  const io::Cache* cache = nullptr;  // of meshes made before; none: every mesh is made anew
+  std::size_t most_elements = 0;  // of a solid (solid_mesh.h): with more it counts as not meshed
+  std::filesystem::path helper = {};    // kinetostat-tetgen; empty: find_helper()
+  std::filesystem::path remesher = {};  // kinetostat-cgal; empty: find_helper()
+  const io::Cache* cache = nullptr;     // of meshes made before; none: every mesh is made anew
 };
 
 /// Fills the surface, of order 1, with the first of the shapes that TetGen manages. `surface` must

@@ -149,6 +149,24 @@ TEST(SolidMesh, LaterMeshesStartWhereTheFirstWasMade) {
   expect_filled(second, part, mesher.record());
 }
 
+// Where facets are narrow TetGen may make a thousand times the elements that were wished for.
+TEST(SolidMesh, AMeshOfFarTooManyElementsIsNone) {
+  const Part part = part_of("sharp_edge", 3);
+  SolidMesher mesher(part.surface, part.tags);
+  common::Progress silent;
+  TetrahedralizeOptions options = within(120);
+  const std::size_t first = mesher.fill(options, silent).element_count();
+  const std::size_t failures = mesher.record().failures.size();
+  options.most_elements = first / 2;
+  try {
+    EXPECT_LE(mesher.fill(options, silent).element_count(), first / 2);
+  } catch (const MeshingError&) {  // no rung makes so few
+  }
+  ASSERT_GT(mesher.record().failures.size(), failures);
+  EXPECT_THAT(mesher.record().failures[failures].reason,
+              testing::HasSubstr(std::to_string(first) + " elements are far more"));
+}
+
 // Every rung has its share, and all of them together no more than the limit.
 TEST(SolidMesh, TheLimitHoldsForAllAttemptsTogether) {
   const Part part = part_of("slivers", 3);
