@@ -23,4 +23,10 @@ struct DividedSurface {
 DividedSurface divide_edges(const SurfaceMesh& surface, const std::vector<std::int32_t>& face_of,
                             const SizeField& sizes);
 
+/// The same surface, edges halved until none is longer than `longest` [m], which is above zero:
+/// first those between facets of two planes, then those within one, the longest first (Rivara
+/// 1984). Within a plane (to 1e-5 rad), diagonals are exchanged for shorter ones, so that facets
+/// from end to end of a rod do not become splinters. Without groups.
+SurfaceMesh halve_edges(const SurfaceMesh& surface, double longest);
+
 }  // namespace kinetostat::fea
