@@ -68,21 +68,20 @@ bool is_ever_without(const std::vector<vjm::Load>& loads) {
   });
 }
 
-// Forces and moments that all have in common become 0; false where that is all there is.
+// Forces and moments that all have in common become 0; where that is all there is, nothing does,
+// and the answer is false.
 bool take_off_constant(std::vector<vjm::Load>& loads) {
-  bool changes = false;
-  const std::vector<vjm::Load> given = loads;
+  spatial::Vector3 force, moment;  // 0 of what is constant, else 1
   for (Eigen::Index k = 0; k < 3; ++k) {
-    if (is_constant(given, [k](const vjm::Load& load) { return load.force[k]; }))
-      for (vjm::Load& load : loads) load.force[k] = 0;
-    else
-      changes = true;
-    if (is_constant(given, [k](const vjm::Load& load) { return load.moment[k]; }))
-      for (vjm::Load& load : loads) load.moment[k] = 0;
-    else
-      changes = true;
+    force[k] = is_constant(loads, [k](const vjm::Load& load) { return load.force[k]; }) ? 0 : 1;
+    moment[k] = is_constant(loads, [k](const vjm::Load& load) { return load.moment[k]; }) ? 0 : 1;
   }
-  return changes;
+  if (force.isZero(0) && moment.isZero(0)) return false;
+  for (vjm::Load& load : loads) {
+    load.force = load.force.cwiseProduct(force);
+    load.moment = load.moment.cwiseProduct(moment);
+  }
+  return true;
 }
 
 // The load with which all cycles start, within same_load of how far loads go from it.
@@ -113,10 +112,9 @@ std::vector<vjm::Load> changing_loads(const Campaign& campaign) {
     others = others || !reading.load.nodes.empty() || !reading.load.joints.empty();
   }
   if (others || loads.empty() || !share_a_point(loads) || is_ever_without(loads)) return loads;
-  std::vector<vjm::Load> changing = loads;
-  if (!take_off_constant(changing)) return loads;
-  if (!is_ever_without(changing)) take_off_start(cycles_as_run(campaign), changing);
-  return changing;
+  if (take_off_constant(loads) && !is_ever_without(loads))
+    take_off_start(cycles_as_run(campaign), loads);
+  return loads;
 }
 
 double level_of(const vjm::Load& load) {
@@ -254,6 +252,7 @@ std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& 
     std::sort(members.begin(), members.end(),
               [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
     std::vector<Wrench> wrenches;
+    wrenches.reserve(members.size());
     for (const std::size_t i : members) wrenches.emplace_back(loads[i]);
     for (std::size_t a = 0; a < members.size(); ++a) {
       const double most = wrenches[a].level * (1 + same_load);
