@@ -31,7 +31,7 @@ constexpr int small_model = 8000;  // blocks of three unknowns
 // For forecasts of time: floating-point operations of a factorisation per second; unknowns that
 // multigrid solves per second and thread for a batch of loads.
 constexpr double factorisation_rate = 20e9, multigrid_rate = 1e5;
-constexpr int usual_iterations = 13;  // of these
+constexpr int usual_iterations = 13;  // that such a batch takes
 // Unknowns times loads that a process of PETSc solves per second.
 constexpr double petsc_rate = 5e4;
 

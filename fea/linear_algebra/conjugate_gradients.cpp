@@ -45,8 +45,7 @@ Lanes ratio(const Lanes& a, const Lanes& b) {
   return result;
 }
 
-// Iterations that are left to `tolerance` at the pace of the last ten; none that are foreseen while
-// there are no more than those.
+// Iterations that are left to `tolerance` at the pace of the last ten; 0 before there are so many.
 double iterations_left(const std::vector<double>& residuals, double tolerance) {
   constexpr std::size_t window = 10;
   if (residuals.size() <= window) return 0;
