@@ -110,6 +110,7 @@ class Division {
 };
 
 constexpr double plane = 1e-5;        // [rad] between normals of facets in one
+constexpr double fairly_high = 0.02;  // of facets over a new diagonal, beside its length
 constexpr double shorter = 1 - 1e-9;  // what makes a diagonal worth its exchange
 
 class Halving {
@@ -242,7 +243,7 @@ class Halving {
     const auto [a, b] = ends_along(e, beside[0]);
     const Vector3 normal = result_.area_vector(at(beside[0])), across_it = point(c) - point(d);
     const auto side = [&](int p) { return normal.dot((point(p) - point(d)).cross(across_it)); };
-    const double least = 1e-9 * normal.norm() * across_it.squaredNorm();
+    const double least = fairly_high * normal.norm() * across_it.squaredNorm();
     return side(a) < -least && side(b) > least;
   }
 

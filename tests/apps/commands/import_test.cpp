@@ -374,7 +374,7 @@ TEST(ImportCommand, RefusesToIdentifyWithoutMaterialOrPlace) {
   refused("--package bar_parts=/nowhere", "there is no folder '/nowhere'");
   refused("--identify --material '{E: 70, nu: 0.3}'", "--material: '70' has no unit");
   refused("--identify --material '{E: 70 GPa, nu: 0.7}'", "--material: ");
-  refused("--identify --material steel --accuracy 20", "--accuracy: '20' is not between");
+  refused("--identify --material steel --accuracy 80", "--accuracy: '80 %' is not between");
   refused("--material steel", "--identify");
   refused("--accuracy '2 %'", "--identify");
 }

@@ -106,6 +106,18 @@ TEST(EdgeHalving, MakesFacetsOfTheSizeAndNoFlatterOnes) {
   EXPECT_NEAR(report.volume, 0.3 * 0.005 * 0.005, 1e-17);
 }
 
+// Points in one line on a side are no corners of facets without height.
+TEST_F(EdgeDivision, HalvesWhatIsDividedAlready) {
+  for (const double longest : {0.05, 0.008, 0.002}) {
+    const SurfaceMesh halved = halve_edges(divide_edges(box_, faces_, field_).mesh, longest);
+    EXPECT_LE(longest_edge(halved), longest);
+    const SurfaceReport report = check_surface(halved, 1e-7);
+    EXPECT_TRUE(report.sound()) << longest;
+    EXPECT_TRUE(report.defects.empty()) << longest;
+    EXPECT_NEAR(report.volume, 1e-5, 1e-17);
+  }
+}
+
 TEST(EdgeHalving, LeavesWhatIsSmall) {
   const SurfaceMesh box = box_surface({0, 0, 0}, {0.1, 0.1, 0.1});
   EXPECT_EQ(halve_edges(box, 0.2).triangles, box.triangles);
