@@ -73,12 +73,21 @@ std::size_t cells_in(std::string_view line) {
   return cells;
 }
 
-void require_cells(std::string_view line, std::size_t cells, std::size_t number,
-                   const std::filesystem::path& file) {
-  if (const std::size_t has = cells_in(line); has != cells)
-    throw common::InputError(file, fmt::format("row {} has {} cells, of {}", number, has, cells),
-                             made_again);
-}
+// All lines have as many cells as the first one; a header may name several by one word.
+class CellCount {
+ public:
+  void require(std::string_view line, std::size_t number, const std::filesystem::path& file) {
+    const std::size_t has = cells_in(line);
+    if (cells_ == 0) cells_ = has;
+    if (has != cells_)
+      throw common::InputError(
+          file, fmt::format("row {} has {} cells, those before have {}", number, has, cells_),
+          made_again);
+  }
+
+ private:
+  std::size_t cells_ = 0;
+};
 
 std::size_t size_of(const std::vector<std::string>& texts) {
   std::size_t size = 0;
@@ -106,10 +115,11 @@ NumberedTable read_numbered_table(const std::filesystem::path& file) {
   const std::string text = read_part(file);
   PartLines lines{text};
   NumberedTable table{.title = std::string(lines.next()), .header = std::string(lines.next())};
+  CellCount cells;
   while (!lines.rest.empty()) {
     const std::string_view line = lines.next();
     const std::size_t number = number_of(line, table.rows(), file);
-    require_cells(line, cells_in(table.header), number, file);
+    cells.require(line, number, file);
     table.lines[number] = line;
   }
   return table;
@@ -136,7 +146,8 @@ JoinedTable join_tables(const std::vector<std::string>& files) {
   PartLines first{all.parts.front()};
   all.title = first.next();
   all.header = first.next();
-  const std::size_t rows = rows_in(all.title), cells = cells_in(all.header);
+  const std::size_t rows = rows_in(all.title);
+  CellCount cells;
   if (rows > size_of(all.parts))
     throw common::InputError(files.front(),
                              fmt::format("there are far fewer rows than its {}", rows),
@@ -152,7 +163,7 @@ JoinedTable join_tables(const std::vector<std::string>& files) {
     while (!lines.rest.empty()) {
       const std::string_view line = lines.next();
       const std::size_t number = number_of(line, rows, file);
-      require_cells(line, cells, number, file);
+      cells.require(line, number, file);
       std::string_view& place = all.lines[number];
       if (place.empty()) place = line;
       if (place != line)

@@ -306,7 +306,7 @@ class Imports(Commands):
         for why, given in (("out=", {"identify": True, "material": "steel"}), ("material=", {"identify": True, "out": self.path("a.yaml")}),
                            ("identified", {"material": "steel"}),
                            ("no material", {"identify": True, "material": "wood", "out": self.path("a.yaml")}),
-                           ("accuracy", {"identify": True, "material": "steel", "accuracy": "20", "out": self.path("a.yaml")}),
+                           ("accuracy", {"identify": True, "material": "steel", "accuracy": "80", "out": self.path("a.yaml")}),
                            ("no folder", {"identify": True, "material": "steel", "packages": {"a": "nowhere"}, "out": self.path("a.yaml")})):
             with self.assertRaisesRegex(ks.ArgumentError, why):
                 ks.Robot.from_urdf(urdf, 5e4, **given)

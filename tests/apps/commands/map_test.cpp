@@ -79,7 +79,7 @@ TEST(MapCommand, APartOfAPathMayHaveNoLoad) {
               HasSubstr("damaged.csv: '7' is none of its rows, 0 to 2"));
   io::write_atomically(working_folder() / "short.csv", part.substr(0, part.rfind(',')) + "\n");
   EXPECT_THAT(kinetostat("join short.csv loads.2.csv").err,
-              HasSubstr("short.csv: row 2 has 8 cells, of 9"));
+              HasSubstr("short.csv: row 2 has 8 cells, those before have 9"));
   io::write_atomically(working_folder() / "endless.csv",
                        "# map 0 of 9999999999999999999 poses\npose,x\n0,1\n");
   EXPECT_THAT(kinetostat("join endless.csv").err,
