@@ -108,7 +108,7 @@ class Reader {
   // The class that an attribute names, which must be there unless it is that of all.
   std::string known_class(const Element& element, const char* attribute,
                           const std::string& otherwise) const {
-    const std::string name = xml_.text_or(element, attribute, otherwise);
+    std::string name = xml_.text_or(element, attribute, otherwise);
     if (name.empty() || name == "main" || classes_.contains(name)) return name;
     std::vector<std::string> known;
     for (const auto& [other, _] : classes_) known.push_back(other);

@@ -127,7 +127,7 @@ bool XmlFile::has(const Element& element, const char* attribute) const {
 std::string XmlFile::choice_or(const Element& element, const char* attribute,
                                const std::vector<std::string>& words,
                                const std::string& otherwise) const {
-  const std::string word = text_or(element, attribute, otherwise);
+  std::string word = text_or(element, attribute, otherwise);
   if (std::find(words.begin(), words.end(), word) == words.end())
     fail_unknown(element, fmt::format("the {}", attribute), word, words);
   return word;
