@@ -159,12 +159,11 @@ class Columns {
                                  const spatial::Dimension& of) const {
     const auto c = find(name);
     if (!c || table_.empty(row, *c)) return std::nullopt;
-    const std::string cure = "Write the unit into the name of the column: 'a [mm]'";
     try {
       const double value = spatial::parse_quantity(table_.cell(row, *c), of, columns_[*c].second);
       if (std::abs(value) <= io::largest_number) return value;
     } catch (const std::invalid_argument& error) {
-      table_.fail(row, *c, error.what(), cure);
+      table_.fail(row, *c, error.what(), "Write the unit into the name of the column: 'a [mm]'");
     }
     table_.fail(row, *c, "is no finite number");
   }

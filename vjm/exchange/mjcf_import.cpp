@@ -280,11 +280,11 @@ class Reader {
 
   DescribedJoint read_joint(const Element& e, const std::string& active) {
     const std::string type = word(e, "type", active, "hinge");
-    if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
-      xml_.fail_unknown(e, "the joint type", type, {"hinge", "slide"});
     if (type == "ball" || type == "free")
       xml_.fail(e, fmt::format("a {} joint cannot be part of a stiffness model", type),
                 "Cut it out, or replace it by joints with one axis each");
+    if (type != "hinge" && type != "slide")
+      xml_.fail_unknown(e, "the joint type", type, {"hinge", "slide"});
     DescribedJoint joint{
         .name = xml_.text_or(e, "name", fmt::format("joint_{}", description_.joints.size() + 1)),
         .line = e.GetLineNum(),
@@ -502,22 +502,29 @@ class Reader {
     return found == description_.joints.end() ? nullptr : &*found;
   }
 
+  // What is in all elements of a name at the top: "actuator".
+  std::vector<const Element*> parts_of(const char* section) const {
+    std::vector<const Element*> parts;
+    for (const Element* all : XmlFile::children(top_, section))
+      for (const Element* e = all->FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
+        parts.push_back(e);
+    return parts;
+  }
+
   // joint1 - ref1 = polynomial of (joint2 - ref2); of a constant where there is no joint2.
   void read_couplings() {
-    for (const Element* equality : XmlFile::children(top_, "equality"))
-      for (const Element* e = equality->FirstChildElement(); e != nullptr;
-           e = e->NextSiblingElement()) {
-        if (xml_.text_or(*e, "active", "true") == "false") continue;
-        const std::string kind = e->Name();
-        if (kind == "joint") {
-          read_coupling(*e);
-        } else if (kind == "connect" || kind == "weld") {
-          xml_.fail(*e, fmt::format("<{}> closes a loop of bodies, and loops are not read", kind),
-                    "Cut it out, or write the robot file by hand: it may have several chains");
-        } else {
-          description_.remarks.push_back(fmt::format("<{}> of <equality> is left out", kind));
-        }
+    for (const Element* e : parts_of("equality")) {
+      if (xml_.text_or(*e, "active", "true") == "false") continue;
+      const std::string kind = e->Name();
+      if (kind == "joint") {
+        read_coupling(*e);
+      } else if (kind == "connect" || kind == "weld") {
+        xml_.fail(*e, fmt::format("<{}> closes a loop of bodies, and loops are not read", kind),
+                  "Cut it out, or write the robot file by hand: it may have several chains");
+      } else {
+        description_.remarks.push_back(fmt::format("<{}> of <equality> is left out", kind));
       }
+    }
   }
 
   void read_coupling(const Element& e) {
@@ -543,14 +550,12 @@ class Reader {
 
   // The largest force of the actuator of a joint.
   void read_efforts() {
-    for (const Element* actuators : XmlFile::children(top_, "actuator"))
-      for (const Element* e = actuators->FirstChildElement(); e != nullptr;
-           e = e->NextSiblingElement()) {
-        DescribedJoint* driven = joint(xml_.text_or(*e, "joint", ""));
-        const Element* range = holder(*e, "forcerange", "main");
-        if (driven == nullptr || driven->effort || range == nullptr) continue;
-        driven->effort = std::abs(ratio_of(*e) * xml_.numbers(*range, "forcerange", 2)[1]);
-      }
+    for (const Element* e : parts_of("actuator")) {
+      DescribedJoint* driven = joint(xml_.text_or(*e, "joint", ""));
+      const Element* range = holder(*e, "forcerange", "main");
+      if (driven == nullptr || driven->effort || range == nullptr) continue;
+      driven->effort = std::abs(ratio_of(*e) * xml_.numbers(*range, "forcerange", 2)[1]);
+    }
   }
 
   double ratio_of(const Element& actuator) const {
@@ -574,15 +579,13 @@ class Reader {
 
   void say_what_drives() {
     std::vector<std::string> gains;
-    for (const Element* actuators : XmlFile::children(top_, "actuator"))
-      for (const Element* e = actuators->FirstChildElement(); e != nullptr;
-           e = e->NextSiblingElement()) {
-        const DescribedJoint* driven = joint(xml_.text_or(*e, "joint", ""));
-        const double stiffness = gain(*e) * ratio_of(*e) * ratio_of(*e);
-        if (driven != nullptr && stiffness > 0)
-          gains.push_back(fmt::format("{}={:.6g} {}", driven->name, stiffness,
-                                      turns(*driven) ? "N m/rad" : "N/m"));
-      }
+    for (const Element* e : parts_of("actuator")) {
+      const DescribedJoint* driven = joint(xml_.text_or(*e, "joint", ""));
+      const double stiffness = gain(*e) * ratio_of(*e) * ratio_of(*e);
+      if (driven != nullptr && stiffness > 0)
+        gains.push_back(fmt::format("{}={:.6g} {}", driven->name, stiffness,
+                                    turns(*driven) ? "N m/rad" : "N/m"));
+    }
     if (!gains.empty())
       description_.remarks.push_back(
           fmt::format("Left out: gains of controllers, which are no springs. Where they are the "
@@ -596,9 +599,8 @@ class Reader {
           fmt::format("Left out: the inertia of rotors (armature) of {}, which frequencies lack",
                       fmt::join(with_armature_, ", ")));
     std::vector<std::string> tendons;
-    for (const Element* all : XmlFile::children(top_, "tendon"))
-      for (const Element* e = all->FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
-        tendons.push_back(xml_.text_or(*e, "name", fmt::format("line {}", e->GetLineNum())));
+    for (const Element* e : parts_of("tendon"))
+      tendons.push_back(xml_.text_or(*e, "name", fmt::format("line {}", e->GetLineNum())));
     if (!tendons.empty())
       description_.remarks.push_back(
           fmt::format("Left out: tendons and their springs ({})", fmt::join(tendons, ", ")));
