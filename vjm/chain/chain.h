@@ -106,10 +106,16 @@ class Chain {
   const Eigen::MatrixXd& stiffness() const { return stiffness_; }
   /// The value of a law at coordinates x with these deflections from rest.
   CoordinateLaw::Value value_of(Eigen::Index coordinate, const CoordinateLaw& law,
+  /// What a law on a coordinate is a function of.
+  CoordinateLaw::JointState joint_state(Eigen::Index coordinate, const Eigen::VectorXd& x,
+                                        const Eigen::VectorXd& deflection,
+                                        const Eigen::VectorXd& travel) const {
+    return {x[coordinate], deflection[coordinate], stiffness_(coordinate, coordinate),
+            travel[coordinate]};
+  }
                                 const Eigen::VectorXd& x, const Eigen::VectorXd& deflection,
                                 const Eigen::VectorXd& travel) const {
-    return law.at({x[coordinate], deflection[coordinate], stiffness_(coordinate, coordinate),
-                   travel[coordinate]});
+    return law.at(joint_state(coordinate, x, deflection, travel));
   }
   /// Coordinates that move in equilibrium: all but actuated joints without a spring.
   const std::vector<Eigen::Index>& free_coordinates() const { return free_; }

@@ -87,7 +87,8 @@ void ChainResiduals::add_force_by_log_stiffness(const Spring& spring, bool of_dr
 double ChainResiduals::energy() const {
   const Chain& chain = equations_->chain();
   double energy = 0.5 * deflection_.dot(chain.stiffness() * deflection_);
-  for (const auto& [coordinate, law] : chain.laws()) energy += value_of(coordinate, *law).energy;
+  for (const auto& [coordinate, law] : chain.laws())
+    energy += law->energy(chain.joint_state(coordinate, x_, deflection_, travel_));
   return energy;
 }
 

@@ -11,12 +11,18 @@ StopLaw::StopLaw(double lower, double upper, double stiffness)
   if (!(stiffness > 0)) throw std::invalid_argument("the stiffness of a stop must be positive");
 }
 
+double StopLaw::beyond(double x) const {
+  return x > upper_ ? x - upper_ : x < lower_ ? x - lower_ : 0.0;
+}
+
 CoordinateLaw::Value StopLaw::at(const JointState& joint) const {
-  const double x = joint.position;
-  const double beyond = x > upper_ ? x - upper_ : x < lower_ ? x - lower_ : 0.0;
-  return {.energy = 0.5 * stiffness_ * beyond * beyond,
-          .force = stiffness_ * beyond,
-          .tangent = beyond != 0 ? stiffness_ : 0};
+  const double x = beyond(joint.position);
+  return {.force = stiffness_ * x, .tangent = x != 0 ? stiffness_ : 0};
+}
+
+double StopLaw::energy(const JointState& joint) const {
+  const double x = beyond(joint.position);
+  return 0.5 * stiffness_ * x * x;
 }
 
 double StopLaw::middle() const {

@@ -15,13 +15,14 @@ class CoordinateLaw {
         0;  // x from the command itself, wherever the drive leads it (TransmissionError)
   };
   struct Value {
-    double energy = 0;   // [J]
     double force = 0;    // derivative of the energy: what the law resists with [N or N m]
     double tangent = 0;  // derivative of the force with respect to x
     double force_by_stiffness = 0;  // derivative of the force with respect to JointState::stiffness
   };
   virtual ~CoordinateLaw() = default;
   virtual Value at(const JointState& joint) const = 0;
+  /// [J]; reported, not solved with.
+  virtual double energy(const JointState& joint) const = 0;
   /// The law sits between the two bodies of the joint (a stop, friction), not in the drive: it does
   /// not change with the rest value when the joint stands still.
   virtual bool is_beside_drive() const { return false; }
@@ -38,6 +39,7 @@ class StopLaw : public CoordinateLaw {
   /// lower < upper and the stiffness is positive.
   StopLaw(double lower, double upper, double stiffness);
   Value at(const JointState& joint) const override;
+  double energy(const JointState& joint) const override;
   bool is_beside_drive() const override { return true; }
 
   /// Between the stops, or at the only one.
@@ -45,6 +47,8 @@ class StopLaw : public CoordinateLaw {
   double stiffness() const { return stiffness_; }
 
  private:
+  double beyond(double x) const;
+
   double lower_, upper_, stiffness_;
 };
 

@@ -30,13 +30,19 @@ double StiffnessTable::at(double command) const {
 TabulatedStiffness::TabulatedStiffness(StiffnessTable table, double at_spring)
     : table_(std::move(table)), of_spring_(table_.at(at_spring)) {}
 
+double TabulatedStiffness::more(const JointState& joint) const {
+  return table_.at(joint.position - joint.travel) / of_spring_ - 1;
+}
+
 CoordinateLaw::Value TabulatedStiffness::at(const JointState& joint) const {
-  const double d = joint.deflection;
-  const double more = table_.at(joint.position - joint.travel) / of_spring_ - 1;
-  return {.energy = more * joint.stiffness * d * d / 2,
-          .force = more * joint.stiffness * d,
+  const double more = this->more(joint), d = joint.deflection;
+  return {.force = more * joint.stiffness * d,
           .tangent = more * joint.stiffness,
           .force_by_stiffness = more * d};
+}
+
+double TabulatedStiffness::energy(const JointState& joint) const {
+  return more(joint) * joint.stiffness * joint.deflection * joint.deflection / 2;
 }
 
 }  // namespace kinetostat::vjm

@@ -28,8 +28,11 @@ class TabulatedStiffness : public CoordinateLaw {
  public:
   TabulatedStiffness(StiffnessTable table, double at_spring);
   Value at(const JointState& joint) const override;
+  double energy(const JointState& joint) const override;
 
  private:
+  double more(const JointState& joint) const;
+
   StiffnessTable table_;
   double of_spring_;
 };

@@ -29,9 +29,8 @@ constexpr double resisting = 0.1;  // share of the stiffness of a joint that is 
 class PushLaw : public CoordinateLaw {
  public:
   explicit PushLaw(double force) : force_(force) {}
-  Value at(const JointState& joint) const override {
-    return {.energy = -force_ * joint.position, .force = -force_, .tangent = 0};
-  }
+  Value at(const JointState&) const override { return {.force = -force_, .tangent = 0}; }
+  double energy(const JointState& joint) const override { return -force_ * joint.position; }
 
  private:
   double force_;

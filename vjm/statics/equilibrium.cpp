@@ -32,7 +32,10 @@ class AcrossGap : public CoordinateLaw {
   AcrossGap(double middle, double stiffness) : middle_(middle), stiffness_(stiffness) {}
   Value at(const JointState& joint) const override {
     const double d = joint.position - middle_;
-    return {.energy = 0.5 * stiffness_ * d * d, .force = stiffness_ * d, .tangent = stiffness_};
+    return {.force = stiffness_ * d, .tangent = stiffness_};
+  }
+  double energy(const JointState& joint) const override {
+    return 0.5 * stiffness_ * std::pow(joint.position - middle_, 2);
   }
 
  private:

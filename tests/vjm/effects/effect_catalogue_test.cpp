@@ -400,6 +400,29 @@ TEST_P(JointEffect, FollowsFromTheCondensedModel) {
   EXPECT_GT(expect_same_condensed(bench(), {}, small, 10), 40);
 }
 
+// The energy, which no equilibrium is sought with, against the force, and that against the tangent.
+TEST_P(JointEffect, HasLawsThatDeriveFromTheirEnergy) {
+  const Manipulator with = with_effects(bench().manipulator, {effect()});
+  const Chain& chain = with.chains()[effect().sites[0].chain];
+  for (const auto& [k, law] : chain.laws()) {
+    const double stiffness = chain.stiffness()(k, k), command = 0.3;
+    const auto at = [&](double d) {
+      return CoordinateLaw::JointState{command + d, d, stiffness, d};
+    };
+    for (const double d : {-2.3e-3, -4e-4, -3e-5, 7e-6, 2e-4, 1.7e-3}) {
+      const double h = 1e-8;
+      const CoordinateLaw::Value here = law->at(at(d)), above = law->at(at(d + h)),
+                                 below = law->at(at(d - h));
+      const double by_energy = (law->energy(at(d + h)) - law->energy(at(d - h))) / (2 * h);
+      const double size = std::abs(here.force) + stiffness * std::abs(d);
+      EXPECT_NEAR(by_energy, here.force, 1e-5 * size) << effect().kind->name << " at " << d;
+      EXPECT_NEAR((above.force - below.force) / (2 * h), here.tangent,
+                  1e-3 * (stiffness + std::abs(here.tangent)) + 1e-15 * size / h)
+          << effect().kind->name << " at " << d;
+    }
+  }
+}
+
 // Whose corners are narrow beside the way that the other joint goes.
 TEST(CondensedModel, KnowsLawsInOtherJoints) {
   const Bench bench = test::arm_bench();

@@ -34,10 +34,13 @@ class GapLaw : public CoordinateLaw {
   Value at(const JointState& joint) const override {
     const double d = joint.deflection, k = joint.stiffness, shift = bias_ / k;
     const DeadZone zone(d + shift, gap_, width_);
-    return {.energy = k * (zone.integral - d * d / 2) - bias_ * d,
-            .force = k * (zone.value - d) - bias_,
+    return {.force = k * (zone.value - d) - bias_,
             .tangent = k * (zone.slope - 1),
             .force_by_stiffness = zone.value - d - shift * zone.slope};
+  }
+  double energy(const JointState& joint) const override {
+    const double d = joint.deflection, k = joint.stiffness;
+    return k * (DeadZone(d + bias_ / k, gap_, width_).integral() - d * d / 2) - bias_ * d;
   }
   // Between the gap and its flanks; from the gap no farther than to where a flank starts to hold.
   bool kinks(const JointState& from, double& step) const override {

@@ -5,24 +5,35 @@
 
 namespace kinetostat::vjm::effects {
 
-DeadZone::DeadZone(double d, double gap, double width) {
+namespace {
+
+double hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
+
+}  // namespace
+
+DeadZone::DeadZone(double deflection, double half_width, double corner)
+    : d(deflection), gap(half_width), width(corner) {
   if (gap == 0) {
     value = d;
     slope = 1;
     by_gap = d > 0 ? -1 : d < 0 ? 1 : 0;  // of the gap that opens
-    integral = d * d / 2;
     return;
   }
-  const double above = std::hypot(d - gap, width), below = std::hypot(d + gap, width);
+  above = hypotenuse(d - gap, width);
+  below = hypotenuse(d + gap, width);
   value = d + (above - below) / 2;
   slope = 1 + ((d - gap) / above - (d + gap) / below) / 2;
   by_gap = -((d - gap) / above + (d + gap) / below) / 2;
   by_width = width * (1 / above - 1 / below) / 2;
-  const auto primitive = [width](double u, double r) {
+}
+
+double DeadZone::integral() const {
+  if (gap == 0) return d * d / 2;
+  const auto primitive = [this](double u, double r) {
     return (u * r + width * width * std::asinh(u / width)) / 2;
   };
-  const double zero = primitive(gap, std::hypot(gap, width));
-  integral = d * d / 2 + (primitive(d - gap, above) + zero - primitive(d + gap, below) + zero) / 2;
+  const double zero = primitive(gap, hypotenuse(gap, width));
+  return d * d / 2 + (primitive(d - gap, above) + zero - primitive(d + gap, below) + zero) / 2;
 }
 
 }  // namespace kinetostat::vjm::effects

@@ -27,10 +27,10 @@ bool settles(const EffectInput& input) {
 
 bool is_gradual(const Eigen::VectorXd& values) { return values[gradual] > 0.5; }
 
-// Share z of the force that acts after a movement u over the presliding length, its derivative by
-// u, its integral over u, the integral of that, and its derivative by the share before.
+// Share z of the force that acts after a movement u over the presliding length, and its derivatives
+// by u and by the share before.
 struct Bristles {
-  double value, slope, integral, second_integral, by_start;
+  double value, slope, by_start;
 
   Bristles(bool is_gradual, double start, double u) {
     if (is_gradual)
@@ -44,19 +44,32 @@ struct Bristles {
     const Saturation s(start + u);
     value = s.value;
     slope = by_start = s.slope;
-    integral = s.integral;
-    second_integral = s.second_integral;
   }
 
   // dz/du = 1 - z on the way up, 1 + z on the way down, and between them where it stands.
   void bend(double start, double u) {
-    const double size = std::abs(u), up = u < 0 ? -1 : 1;
-    const double gone = -std::expm1(-size);
+    const double up = u < 0 ? -1 : 1, gone = -std::expm1(-std::abs(u));
     by_start = 1 - gone;
     value = start * by_start + up * gone;
     slope = u == 0 ? 1 : (1 - up * start) * by_start;
-    integral = size + (up * start - 1) * gone;
-    second_integral = up * size * size / 2 + (start - up) * (size - gone);
+  }
+};
+
+// The integral of z over u, and the integral of that.
+struct BristleWork {
+  double once, twice;
+
+  BristleWork(bool is_gradual, double start, double u) {
+    if (!is_gradual) {
+      const Saturation s(start + u);
+      once = s.integral();
+      twice = s.second_integral();
+      return;
+    }
+    const double size = std::abs(u), up = u < 0 ? -1 : 1;
+    const double gone = -std::expm1(-size);
+    once = size + (up * start - 1) * gone;
+    twice = up * size * size / 2 + (start - up) * (size - gone);
   }
 };
 
@@ -70,9 +83,10 @@ class FrictionLaw : public CoordinateLaw {
 
   Value at(const JointState& joint) const override {
     const Bristles z = bristles_at(joint.travel);
-    return {.energy = size_ * length_ * z.integral,
-            .force = size_ * z.value,
-            .tangent = size_ / length_ * z.slope};
+    return {.force = size_ * z.value, .tangent = size_ / length_ * z.slope};
+  }
+  double energy(const JointState& joint) const override {
+    return size_ * length_ * work_at(joint.travel).once;
   }
   bool is_beside_drive() const override { return true; }
   // From one direction of slipping to the other, through where it sticks; of what gives way
@@ -87,10 +101,9 @@ class FrictionLaw : public CoordinateLaw {
   }
 
  protected:
-  Bristles bristles_at(double travel) const {
-    return Bristles(is_gradual_, history_[stretch],
-                    (travel - history_[friction_kind::travel]) / length_);
-  }
+  Bristles bristles_at(double travel) const { return {is_gradual_, history_[stretch], u(travel)}; }
+  BristleWork work_at(double travel) const { return {is_gradual_, history_[stretch], u(travel)}; }
+  double u(double travel) const { return (travel - history_[friction_kind::travel]) / length_; }
 
   double size_, length_;
   bool is_gradual_;
@@ -106,13 +119,17 @@ class LoadFrictionLaw : public FrictionLaw {
   Value at(const JointState& joint) const override {
     const double x = joint.travel, side = std::copysign(1.0, x);
     const double share = size_ * joint.stiffness;
-    const Bristles z = bristles_at(x), relaxed = bristles_at(0);
-    const double integral = length_ * x * z.integral -
-                            length_ * length_ * (z.second_integral - relaxed.second_integral);
-    return {.energy = share * side * integral,
-            .force = share * std::abs(x) * z.value,
+    const Bristles z = bristles_at(x);
+    return {.force = share * std::abs(x) * z.value,
             .tangent = share * (side * z.value + std::abs(x) / length_ * z.slope),
             .force_by_stiffness = size_ * std::abs(x) * z.value};
+  }
+  double energy(const JointState& joint) const override {
+    const double x = joint.travel, side = std::copysign(1.0, x);
+    const BristleWork here = work_at(x), relaxed = work_at(0);
+    const double integral =
+        length_ * x * here.once - length_ * length_ * (here.twice - relaxed.twice);
+    return size_ * joint.stiffness * side * integral;
   }
 };
 

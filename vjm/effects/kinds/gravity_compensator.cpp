@@ -38,10 +38,13 @@ class BalancerLaw : public CoordinateLaw {
   explicit BalancerLaw(Eigen::VectorXd values) : values_(std::move(values)) {}
   Value at(const JointState& joint) const override {
     const Balancer b(values_, joint.position);
-    const double k = values_[stiffness], stretched = b.length - values_[free_length];
-    return {.energy = 0.5 * k * stretched * stretched,
-            .force = k * b.moment_per_stiffness(),
+    const double k = values_[stiffness];
+    return {.force = k * b.moment_per_stiffness(),
             .tangent = k * b.tangent_per_stiffness(values_[free_length])};
+  }
+  double energy(const JointState& joint) const override {
+    const double stretched = Balancer(values_, joint.position).length - values_[free_length];
+    return 0.5 * values_[stiffness] * stretched * stretched;
   }
   bool is_beside_drive() const override { return true; }
 

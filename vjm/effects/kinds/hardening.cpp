@@ -1,4 +1,6 @@
 // A transmission that grows stiffer with its deflection.
+#include <cmath>
+
 #include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
@@ -10,8 +12,10 @@ class CubicLaw : public CoordinateLaw {
   explicit CubicLaw(double k3) : k3_(k3) {}
   Value at(const JointState& joint) const override {
     const double d = joint.deflection;
-    return {
-        .energy = k3_ * d * d * d * d / 4, .force = k3_ * d * d * d, .tangent = 3 * k3_ * d * d};
+    return {.force = k3_ * d * d * d, .tangent = 3 * k3_ * d * d};
+  }
+  double energy(const JointState& joint) const override {
+    return k3_ * std::pow(joint.deflection, 4) / 4;
   }
 
  private:

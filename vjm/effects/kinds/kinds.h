@@ -128,18 +128,29 @@ std::string free_node_name(const Chain& chain, std::string name);
 /// rounded over `width` (0: sharp); d itself without a gap. Its value, slope, derivatives by gap
 /// and width, and integral over d.
 struct DeadZone {
-  double value = 0, slope = 0, by_gap = 0, by_width = 0, integral = 0;
+  double value = 0, slope = 0, by_gap = 0, by_width = 0;
 
   DeadZone(double d, double gap, double width);
+  double integral() const;
+
+ private:
+  double d, gap, width;
+  double above = 0, below = 0;  // distances of d from the corners, rounded
 };
 
 /// A saturation: u up to 1 - w in magnitude, 1 from 1 + w on, w its rounding; between them its
 /// slope falls as 1 - 3 t^2 + 2 t^3. Its value, slope, integral, and the integral of that.
 struct Saturation {
   static constexpr double rounding = 0.05;
-  double value, slope, integral, second_integral;
+  double value, slope;
 
   explicit Saturation(double u);
+  double integral() const;
+  double second_integral() const;
+
+ private:
+  double u, t, inside, outside;  // t: through the corner; u up to its end, and beyond
+  double bent() const;           // integral of what is inside
 };
 
 }  // namespace kinetostat::vjm::effects

@@ -11,9 +11,10 @@ namespace {
 // there, for none becomes rigid.
 constexpr double stiffest = 0.1;
 
-// The force F of d = F/k - b F^2 at one deflection d >= 0, and its derivatives.
+// The force F of d = F/k - b F^2 at one deflection d >= 0, its derivatives, and its integral over
+// d.
 struct Force {
-  double value, slope, by_stiffness, by_b, energy;  // energy: integral of F over d
+  double value, slope, by_stiffness, by_b, energy;
 
   Force(double d, double k, double b) {
     const double rest = 1 - 4 * b * k * k * d;
@@ -41,10 +42,13 @@ class LoadLaw : public CoordinateLaw {
     const double d = std::abs(joint.deflection), k = joint.stiffness;
     const double sign = joint.deflection < 0 ? -1 : 1;
     const Force force(d, k, b_);
-    return {.energy = force.energy - k * d * d / 2,
-            .force = sign * (force.value - k * d),
+    return {.force = sign * (force.value - k * d),
             .tangent = force.slope - k,
             .force_by_stiffness = sign * (force.by_stiffness - d)};
+  }
+  double energy(const JointState& joint) const override {
+    const double d = std::abs(joint.deflection), k = joint.stiffness;
+    return Force(d, k, b_).energy - k * d * d / 2;
   }
 
  private:

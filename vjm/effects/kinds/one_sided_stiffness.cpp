@@ -18,15 +18,16 @@ enum Value { ratio, force };
 // max(x, 0) with a hyperbola for a corner, (x + sqrt(x^2 + w^2)) / 2: value, slope, derivative by
 // w, integral over x.
 struct Ramp {
-  double value, slope, by_width, integral;
+  double x, w, r, value, slope, by_width;
 
-  Ramp(double x, double w) {
-    const double r = std::hypot(x, w);
+  Ramp(double at, double width) : x(at), w(width), r(std::sqrt(x * x + w * w)) {
     value = (x + r) / 2;
     slope = r > 0 ? (1 + x / r) / 2 : 0.5;
     by_width = r > 0 ? w / (2 * r) : 0.5;
+  }
+  double integral() const {
     const double curved = w > 0 ? w * w * std::asinh(x / w) : 0;
-    integral = (x * x + x * r + curved) / 4;
+    return (x * x + x * r + curved) / 4;
   }
 };
 
@@ -47,7 +48,9 @@ struct Beyond {
   double by_corner() const {
     return side * (none.slope - here.slope + rounding * (here.by_width - none.by_width));
   }
-  double integral(double d) const { return here.integral - none.integral - none.value * side * d; }
+  double integral(double d) const {
+    return here.integral() - none.integral() - none.value * side * d;
+  }
 };
 
 // What is added to the linear spring k d: (ratio - 1) k beyond the corner.
@@ -58,10 +61,13 @@ class OneSidedLaw : public CoordinateLaw {
   Value at(const JointState& joint) const override {
     const double k = joint.stiffness;
     const Beyond beyond(joint.deflection, opening_, k);
-    return {.energy = step_ * k * beyond.integral(joint.deflection),
-            .force = step_ * k * beyond.value(),
+    return {.force = step_ * k * beyond.value(),
             .tangent = step_ * k * beyond.slope(),
             .force_by_stiffness = step_ * (beyond.value() - beyond.corner * beyond.by_corner())};
+  }
+  double energy(const JointState& joint) const override {
+    const double k = joint.stiffness;
+    return step_ * k * Beyond(joint.deflection, opening_, k).integral(joint.deflection);
   }
   bool kinks(const JointState& from, double& step) const override {
     const double corner = opening_ / from.stiffness;

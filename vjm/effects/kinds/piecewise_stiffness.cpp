@@ -46,10 +46,15 @@ class BranchLaw : public CoordinateLaw {
     // All corners are inversely proportional to k.
     const double by_corners = step2 * (b.first.by_gap * b.at.d1 + b.first.by_width * b.at.width) +
                               step3 * (b.second.by_gap * b.at.d2 + b.second.by_width * b.at.width);
-    return {.energy = k * (step2 * b.first.integral + step3 * b.second.integral),
-            .force = force,
+    return {.force = force,
             .tangent = k * (step2 * b.first.slope + step3 * b.second.slope),
             .force_by_stiffness = force / k - by_corners};
+  }
+  double energy(const JointState& joint) const override {
+    const double k = joint.stiffness;
+    const Branches b(joint.deflection, values_, k);
+    return k * ((values_[ratio2] - 1) * b.first.integral() +
+                (values_[ratio3] - values_[ratio2]) * b.second.integral());
   }
 
  private:

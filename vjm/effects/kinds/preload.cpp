@@ -13,9 +13,8 @@ namespace {
 class ConstantForce : public CoordinateLaw {
  public:
   explicit ConstantForce(double force) : force_(force) {}
-  Value at(const JointState& joint) const override {
-    return {.energy = -force_ * joint.travel, .force = -force_, .tangent = 0};
-  }
+  Value at(const JointState&) const override { return {.force = -force_, .tangent = 0}; }
+  double energy(const JointState& joint) const override { return -force_ * joint.travel; }
   bool is_beside_drive() const override { return true; }
 
  private:

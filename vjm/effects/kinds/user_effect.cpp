@@ -37,9 +37,21 @@ class LawForce : public CoordinateLaw {
     VectorXd v = variables_;
     set(joint, joint.deflection, v);
     const auto by_position = function_->derivative(v, 0);
-    return {.energy = energy(joint, v),
-            .force = by_position.value,
+    return {.force = by_position.value,
             .tangent = by_position.slope + function_->derivative(v, 1).slope};
+  }
+  // Work from rest, by Gauss' rule with four points.
+  double energy(const JointState& joint) const override {
+    constexpr double points[] = {0.0694318442029737, 0.3300094782075719};
+    constexpr double weights[] = {0.1739274225687269, 0.3260725774312731};
+    VectorXd v = variables_;
+    double sum = 0;
+    for (int i = 0; i < 2; ++i)
+      for (const double s : {points[i], 1 - points[i]}) {
+        set(joint, s * joint.deflection, v);
+        sum += weights[i] * function_->value(v);
+      }
+    return sum * joint.deflection;
   }
   bool is_beside_drive() const override { return true; }
 
@@ -48,19 +60,6 @@ class LawForce : public CoordinateLaw {
     v[0] = joint.position - joint.deflection + deflection;
     v[1] = deflection;
     v[2] = joint.position - joint.travel;
-  }
-
-  // Work from rest, by Gauss' rule with four points: reported, not solved with.
-  double energy(const JointState& joint, VectorXd v) const {
-    constexpr double points[] = {0.0694318442029737, 0.3300094782075719};
-    constexpr double weights[] = {0.1739274225687269, 0.3260725774312731};
-    double sum = 0;
-    for (int i = 0; i < 2; ++i)
-      for (const double s : {points[i], 1 - points[i]}) {
-        set(joint, s * joint.deflection, v);
-        sum += weights[i] * function_->value(v);
-      }
-    return sum * joint.deflection;
   }
 
   std::shared_ptr<const SmoothFunction> function_;
@@ -74,16 +73,21 @@ class LawOffset : public CoordinateLaw {
       : function_(std::move(function)), variables_(std::move(variables)) {}
 
   Value at(const JointState& joint) const override {
-    VectorXd v = variables_;
-    v[0] = joint.position - joint.travel;
-    const double offset = function_->value(v);
-    return {.energy = joint.stiffness * offset * (offset / 2 - joint.deflection),
-            .force = -joint.stiffness * offset,
-            .tangent = 0,
-            .force_by_stiffness = -offset};
+    const double offset = this->offset(joint);
+    return {.force = -joint.stiffness * offset, .tangent = 0, .force_by_stiffness = -offset};
+  }
+  double energy(const JointState& joint) const override {
+    const double offset = this->offset(joint);
+    return joint.stiffness * offset * (offset / 2 - joint.deflection);
   }
 
  private:
+  double offset(const JointState& joint) const {
+    VectorXd v = variables_;
+    v[0] = joint.position - joint.travel;
+    return function_->value(v);
+  }
+
   std::shared_ptr<const SmoothFunction> function_;
   VectorXd variables_;
 };

@@ -21,15 +21,18 @@ class ScaledLaw : public CoordinateLaw {
  public:
   explicit ScaledLaw(std::function<double(double)> scale) : scale_(std::move(scale)) {}
   Value at(const JointState& joint) const override {
-    const double d = joint.deflection;
-    const double more = scale_(joint.position - joint.travel) - 1;
-    return {.energy = more * joint.stiffness * d * d / 2,
-            .force = more * joint.stiffness * d,
+    const double more = this->more(joint), d = joint.deflection;
+    return {.force = more * joint.stiffness * d,
             .tangent = more * joint.stiffness,
             .force_by_stiffness = more * d};
   }
+  double energy(const JointState& joint) const override {
+    return more(joint) * joint.stiffness * joint.deflection * joint.deflection / 2;
+  }
 
  private:
+  double more(const JointState& joint) const { return scale_(joint.position - joint.travel) - 1; }
+
   std::function<double(double)> scale_;
 };
 
