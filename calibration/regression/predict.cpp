@@ -43,8 +43,16 @@ struct SensorReading {
 
 struct Predictor::CaseResult {
   std::string failure;                 // empty when solved
-  std::vector<SensorReading> sensors;  // empty otherwise
+  std::vector<SensorReading> sensors;  // of use then
   Vector6 work = Vector6::Zero();
+};
+
+// Memory that one thread uses for case after case.
+struct Predictor::Scratch {
+  std::array<State, 2> loaded;
+  CaseResult result;
+  std::vector<SensorReading> sensors, each;
+  Eigen::MatrixXd derivatives;
 };
 
 // Why cases have no equilibrium, from any thread.
@@ -399,27 +407,23 @@ void Predictor::find_sequences(const std::vector<std::size_t>& case_of_reading) 
   }
 }
 
-Predictor::State Predictor::solve(const Run& run, std::size_t configuration, const vjm::Load& load,
-                                  std::size_t conditions, const vjm::Response& before,
-                                  const vjm::SystemState* near,
-                                  const vjm::CondensedState* without) const {
+void Predictor::solve(const Run& run, std::size_t configuration, const vjm::Load& load,
+                      std::size_t conditions, const vjm::Response& before,
+                      const vjm::SystemState* near, const vjm::CondensedState* without,
+                      State& state) const {
   const vjm::PostureResult& start = (*postures_)[configuration];
-  State state;
-  if (start.reached) {
-    std::optional<vjm::Response> quick;
-    if (without != nullptr)
-      quick = run.model.respond(*without, load, conditions_[conditions], before, run.parameters);
-    state.response = quick
-                         ? *std::move(quick)
-                         : run.model.respond(start.posture, load, conditions_[conditions], before,
-                                             run.parameters, run.with_derivatives, near,
-                                             run.with_compliance || campaign_.control.has_value());
-    observe(run, state);
-  } else {
+  if (!start.reached) {
     state.response = before;
     state.response.failure = start.reason;
+    return;
   }
-  return state;
+  const vjm::Conditions& under = conditions_[conditions];
+  if (without == nullptr ||
+      !run.model.respond(*without, load, under, before, run.parameters, state.response))
+    state.response =
+        run.model.respond(start.posture, load, under, before, run.parameters, run.with_derivatives,
+                          near, run.with_compliance || campaign_.control.has_value());
+  observe(run, state);
 }
 
 namespace {
@@ -465,22 +469,24 @@ void Predictor::observe(const Run& run, State& state) const {
   if (!response.failure.empty()) return;
   const Observation& observation = campaign_.observation;
   const Vector3 up = vjm::vertical(bare_);
-  for (const Sensor& sensor : campaign_.sensors) {
-    const std::size_t number = state.seen.size();
+  state.seen.resize(campaign_.sensors.size());
+  for (std::size_t number = 0; number < state.seen.size(); ++number) {
+    const Sensor& sensor = campaign_.sensors[number];
+    Seen& seen = state.seen[number];
     if (sensor.kind == SensorKind::load) {
-      Seen& seen = state.seen.emplace_back();
+      seen.pose = {};
       seen.motion.setZero(6, std::ssize(run.parameters) + run.target_columns());
       seen.by_wrench.setZero(6, 6);
       continue;
     }
     if (!sensor.is_platform()) {
-      state.seen.push_back(seen_by(sensor, response.watched, campaign_.watch, up));
-      move_target(run.targets, number, std::ssize(run.parameters), state.seen.back());
+      seen = seen_by(sensor, response.watched, campaign_.watch, up);
+      move_target(run.targets, number, std::ssize(run.parameters), seen);
       continue;
     }
-    state.seen.push_back({response.observed, std::move(response.derivatives), {}});
-    Seen& seen = state.seen.back();
-    seen.by_wrench = std::move(response.by_wrench);
+    seen.pose = response.observed;
+    seen.motion.swap(response.derivatives);
+    seen.by_wrench.swap(response.by_wrench);
     if (!observation.is_default()) {
       seen.motion = observation.motion(seen.pose, seen.motion);
       if (seen.by_wrench.cols() > 0) seen.by_wrench = observation.motion(seen.pose, seen.by_wrench);
@@ -506,9 +512,9 @@ std::vector<Predictor::State> Predictor::references(const Run& run,
   }
   common::parallel_for(
       states.size(), threads_, "states without load", progress, [&](std::size_t i) {
-        states[i] = solve(run, references_[i].configuration, {}, references_[i].conditions, rest,
-                          run.unloaded_near(references_[i].reading, references_[i].configuration),
-                          run.unloaded_without(references_[i].reading));
+        solve(run, references_[i].configuration, {}, references_[i].conditions, rest,
+              run.unloaded_near(references_[i].reading, references_[i].configuration),
+              run.unloaded_without(references_[i].reading), states[i]);
       });
   return states;
 }
@@ -516,14 +522,18 @@ std::vector<Predictor::State> Predictor::references(const Run& run,
 void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
                        const std::vector<State>& unloaded, Predictions& predictions,
                        Failures& failures) const {
+  thread_local Scratch scratch;
   const State* before = &unloaded[cases_[sequence.front()].reference];
-  State last;
+  std::size_t next = 0;
   for (const std::size_t c : sequence) {
     const LoadCase& at = cases_[c];
-    State loaded = before->response.failure.empty()
-                       ? under_load(run, at, unloaded[at.reference], before->response)
-                       : *before;
-    CaseResult result = displacements_of(unloaded[at.reference], loaded);
+    State& loaded = scratch.loaded[next];
+    if (before->response.failure.empty())
+      under_load(run, at, unloaded[at.reference], before->response, loaded);
+    else
+      loaded = *before;
+    CaseResult& result = scratch.result;
+    find_displacements(unloaded[at.reference], loaded, result);
     if (!result.failure.empty()) {
       failures.add(c, result.failure);
     } else {
@@ -532,14 +542,14 @@ void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
       if (campaign_.control) hold_displacement(run, at, before->response, loaded, result);
     }
     for (const std::size_t r : readings_of(c)) {
-      enter(run, result, r, predictions);
+      enter(run, r, scratch, predictions);
       if (const auto place = place_of_state(run, r))
         predictions.loaded[*place] = loaded.response.state;
     }
     // A masked reading without an equilibrium leaves the history as it was.
     if (!loaded.response.failure.empty() && at.may_fail) continue;
-    last = std::move(loaded);
-    before = &last;
+    before = &loaded;
+    next = 1 - next;
   }
 }
 
@@ -557,8 +567,10 @@ namespace {
 
 // The displacement from one state to another, with its derivatives: a rotation increment of the
 // first state counts turned by the displacement.
-SensorReading displacement_from(const Seen& from, const Seen& to, bool own_axes) {
-  SensorReading result{spatial::pose_difference(from.pose, to.pose), to.motion, to.by_wrench};
+void find_displacement(const Seen& from, const Seen& to, bool own_axes, SensorReading& result) {
+  result.displacement = spatial::pose_difference(from.pose, to.pose);
+  result.derivatives = to.motion;
+  result.by_wrench = to.by_wrench;
   if (result.derivatives.size() > 0) {
     const spatial::Matrix3 turn = to.pose.rotation() * from.pose.rotation().transpose();
     result.derivatives.topRows<3>() -= from.motion.topRows<3>();
@@ -572,7 +584,6 @@ SensorReading displacement_from(const Seen& from, const Seen& to, bool own_axes)
             (back * result.by_wrench.middleRows<3>(first)).eval();
     into_axes_of(from.pose, from.motion, result.displacement, result.derivatives);
   }
-  return result;
 }
 
 // The rotation vector, or the angles, nearest to what was measured; derivatives by it.
@@ -599,12 +610,14 @@ void take_off(const SensorReading& other, SensorReading& reading) {
 
 }  // namespace
 
-void Predictor::enter(const Run& run, CaseResult result, std::size_t index,
+void Predictor::enter(const Run& run, std::size_t index, Scratch& scratch,
                       Predictions& predictions) const {
   const Reading& reading = campaign_.readings[index];
+  const CaseResult& result = scratch.result;
   if (!result.failure.empty()) return;
-  std::vector<SensorReading>& sensors = result.sensors;
-  std::vector<SensorReading> each;  // by itself, where one is taken off another
+  auto& [loaded, of_case, sensors, each, derivatives] = scratch;
+  sensors = result.sensors;
+  // Each by itself, where one is taken off another.
   if (std::any_of(campaign_.sensors.begin(), campaign_.sensors.end(),
                   [](const Sensor& sensor) { return sensor.minus.has_value(); }))
     each = sensors;
@@ -634,12 +647,12 @@ void Predictor::enter(const Run& run, CaseResult result, std::size_t index,
          predictions.by_wrench[index]);
   }
   if (sensors.empty()) return;
-  Eigen::MatrixXd derivatives(campaign_.size(), sensors.front().derivatives.cols());
+  derivatives.resize(campaign_.size(), sensors.front().derivatives.cols());
   take([](const SensorReading& r) -> const vjm::Matrix6X& { return r.derivatives; }, derivatives);
   if (run.take != nullptr)
     (*run.take)(index, predictions.displacement[index], predictions.work[index], derivatives);
   else if (!predictions.derivatives.empty())
-    predictions.derivatives[index] = std::move(derivatives);
+    predictions.derivatives[index] = derivatives;
 }
 
 // Of a rotation vector v its increment w about axes of the platform is read as J(-v)^-1 w.
@@ -668,28 +681,38 @@ Vector6 Predictor::measured_by(std::size_t sensor, const Reading& reading) const
   return result;
 }
 
-Predictor::CaseResult Predictor::displacements_of(const State& unloaded, State& loaded) const {
+void Predictor::find_displacements(const State& unloaded, const State& loaded,
+                                   CaseResult& result) const {
   const bool absolute = campaign_.displacement == DisplacementKind::absolute;
-  CaseResult result{.failure = loaded.response.failure, .sensors = {}};
+  result.failure = loaded.response.failure;
+  result.work.setZero();
   if (result.failure.empty() && !absolute) result.failure = unloaded.response.failure;
-  if (!result.failure.empty()) return result;
+  if (!result.failure.empty()) return;
+  result.sensors.resize(campaign_.sensors.size());
   for (std::size_t s = 0; s < campaign_.sensors.size(); ++s) {
     const Sensor& sensor = campaign_.sensors[s];
     const bool own = sensor.is_platform() ? campaign_.observation.platform_axes : sensor.own_axes;
     const Seen& seen = loaded.seen[s];
-    result.sensors.push_back(absolute ? SensorReading{spatial::pose_difference({}, seen.pose),
-                                                      seen.motion, seen.by_wrench}
-                                      : displacement_from(unloaded.seen[s], seen, own));
+    SensorReading& reading = result.sensors[s];
+    if (!absolute) {
+      find_displacement(unloaded.seen[s], seen, own, reading);
+      continue;
+    }
+    reading.displacement = spatial::pose_difference({}, seen.pose);
+    reading.derivatives = seen.motion;
+    reading.by_wrench = seen.by_wrench;
   }
-  return result;
 }
 
-Predictor::State Predictor::under_load(const Run& run, const LoadCase& at, const State& unloaded,
-                                       const vjm::Response& before) const {
-  if (campaign_.control) return at_displacement(run, at, unloaded, before);
+void Predictor::under_load(const Run& run, const LoadCase& at, const State& unloaded,
+                           const vjm::Response& before, State& state) const {
+  if (campaign_.control) {
+    at_displacement(run, at, unloaded, before, state);
+    return;
+  }
   const Reading& reading = campaign_.readings[at.reading];
-  return solve(run, reading.configuration, reading.load, at.conditions, before,
-               run.loaded_near(at.reading, reading.configuration), run.loaded_without(at.reading));
+  solve(run, reading.configuration, reading.load, at.conditions, before,
+        run.loaded_near(at.reading, reading.configuration), run.loaded_without(at.reading), state);
 }
 
 namespace {
@@ -738,9 +761,8 @@ SensorReading Predictor::reading_of_set(const CaseResult& result, const LoadCase
 }
 
 // Seeks the force under which what is set is where it was set.
-Predictor::State Predictor::at_displacement(const Run& run, const LoadCase& at,
-                                            const State& unloaded,
-                                            const vjm::Response& before) const {
+void Predictor::at_displacement(const Run& run, const LoadCase& at, const State& unloaded,
+                                const vjm::Response& before, State& state) const {
   constexpr int most = 100;
   constexpr double close = 1e-14;  // [m or rad]
   const DisplacementControl& control = *campaign_.control;
@@ -749,14 +771,14 @@ Predictor::State Predictor::at_displacement(const Run& run, const LoadCase& at,
   const double read = reading.displacement[control.force];
   RootSearch search(std::isnan(read) ? 0 : read);
   vjm::SystemState last;
-  State state;
+  CaseResult result;
   for (int i = 0; i < most; ++i) {
-    state = solve(
-        run, reading.configuration,
-        control.with_force(at.reading, reading.configuration, search.at()), at.conditions, before,
-        last.bodies.empty() ? run.loaded_near(at.reading, reading.configuration) : &last, nullptr);
+    solve(run, reading.configuration,
+          control.with_force(at.reading, reading.configuration, search.at()), at.conditions, before,
+          last.bodies.empty() ? run.loaded_near(at.reading, reading.configuration) : &last, nullptr,
+          state);
     state.force = search.at();
-    const CaseResult result = displacements_of(unloaded, state);
+    find_displacements(unloaded, state, result);
     if (result.failure.empty()) {
       last = state.response.state;
       const SensorReading seen = reading_of_set(result, at);
@@ -770,7 +792,6 @@ Predictor::State Predictor::at_displacement(const Run& run, const LoadCase& at,
   if (state.response.failure.empty())
     state.seen[campaign_.component(control.force).sensor].pose =
         spatial::Pose::translation({state.force, 0, 0});
-  return state;
 }
 
 // From derivatives under the force that was found to those at the displacement that is set.
@@ -970,11 +991,14 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   return predictions;
 }
 
+// None of condensed ones, whose states are not found.
 std::size_t Predictor::states_kept(const Run& run) const {
+  if (run.without != nullptr) return 0;
   return run.few_states ? campaign_.configurations.size() : campaign_.readings.size();
 }
 
 std::optional<std::size_t> Predictor::place_of_state(const Run& run, std::size_t reading) const {
+  if (run.without != nullptr) return std::nullopt;
   if (!run.few_states) return reading;
   const std::size_t configuration = campaign_.readings[reading].configuration;
   if (first_readings_[configuration] != reading) return std::nullopt;
@@ -987,7 +1011,7 @@ void Predictor::add_unloaded(const Run& run, const std::vector<State>& unloaded,
   const bool relaxed = std::all_of(unloaded.begin(), unloaded.end(), [](const State& s) {
     return s.response.state.bodies.empty() && s.response.state.coordinates.empty();
   });
-  if (relaxed) return;
+  if (relaxed || run.without != nullptr) return;
   predictions.unloaded.resize(states_kept(run));
   for (std::size_t c = 0; c < cases_.size(); ++c)
     for (const std::size_t r : readings_of(c))

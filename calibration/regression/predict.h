@@ -132,6 +132,7 @@ class Predictor {
   };
   struct State;
   struct CaseResult;
+  struct Scratch;
   class Failures;
   struct Run;
 
@@ -149,17 +150,17 @@ class Predictor {
   Predictions predict(const Run& run, common::Progress& progress) const;
   std::size_t states_kept(const Run& run) const;
   Predictions predict_then_take(Run run, common::Progress& progress) const;
-  State solve(const Run& run, std::size_t configuration, const vjm::Load& load,
-              std::size_t conditions, const vjm::Response& before, const vjm::SystemState* near,
-              const vjm::CondensedState* without) const;
+  void solve(const Run& run, std::size_t configuration, const vjm::Load& load,
+             std::size_t conditions, const vjm::Response& before, const vjm::SystemState* near,
+             const vjm::CondensedState* without, State& state) const;
   std::vector<State> references(const Run& run, common::Progress& progress) const;
   void follow(const Run& run, std::span<const std::size_t> sequence,
               const std::vector<State>& unloaded, Predictions& predictions,
               Failures& failures) const;
-  State under_load(const Run& run, const LoadCase& at, const State& unloaded,
-                   const vjm::Response& before) const;
-  State at_displacement(const Run& run, const LoadCase& at, const State& unloaded,
-                        const vjm::Response& before) const;
+  void under_load(const Run& run, const LoadCase& at, const State& unloaded,
+                  const vjm::Response& before, State& state) const;
+  void at_displacement(const Run& run, const LoadCase& at, const State& unloaded,
+                       const vjm::Response& before, State& state) const;
   SensorReading reading_of_set(const CaseResult& result, const LoadCase& at) const;
   void hold_displacement(const Run& run, const LoadCase& at, const vjm::Response& before,
                          State& loaded, CaseResult& result) const;
@@ -173,10 +174,11 @@ class Predictor {
   // Where the state of a reading is kept; nothing: nowhere.
   std::optional<std::size_t> place_of_state(const Run& run, std::size_t reading) const;
   void observe(const Run& run, State& state) const;
-  CaseResult displacements_of(const State& unloaded, State& loaded) const;
+  void find_displacements(const State& unloaded, const State& loaded, CaseResult& result) const;
   spatial::Vector6 work_of(const Run& run, const Reading& reading, const State& loaded) const;
   spatial::Vector6 measured_by(std::size_t sensor, const Reading& reading) const;
-  void enter(const Run& run, CaseResult result, std::size_t index, Predictions& predictions) const;
+  // What the scratch has of a case.
+  void enter(const Run& run, std::size_t index, Scratch& scratch, Predictions& predictions) const;
   vjm::EffectModel model(const std::vector<Parameter>& parameters,
                          const Eigen::VectorXd& values) const;
 

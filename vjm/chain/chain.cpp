@@ -62,10 +62,15 @@ Index Chain::first_joint_of(const std::string& element) const {
 }
 
 Eigen::VectorXd Chain::rest_for(const Eigen::VectorXd& commands) const {
-  Eigen::VectorXd rest = commands;
+  Eigen::VectorXd rest;
+  find_rest(commands, rest);
+  return rest;
+}
+
+void Chain::find_rest(const Eigen::VectorXd& commands, Eigen::VectorXd& rest) const {
+  rest = commands;
   for (const TransmissionError& shift : transmission_errors_)
     rest[shift.coordinate] += shift.at(commands);
-  return rest;
 }
 
 Eigen::Index Chain::index_of(const std::string& coordinate) const {

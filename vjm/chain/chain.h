@@ -98,14 +98,14 @@ class Chain {
   bool has_coordinate(const std::string& name) const;
   /// Rest values that a vector of commands leads to.
   Eigen::VectorXd rest_for(const Eigen::VectorXd& commands) const;
+  /// The same into a vector that is kept.
+  void find_rest(const Eigen::VectorXd& commands, Eigen::VectorXd& rest) const;
   /// Index of a node. Throws std::invalid_argument with did-you-mean.
   std::size_t node_index(const std::string& node) const;
   /// Index of a coordinate. Throws std::invalid_argument with did-you-mean.
   Eigen::Index index_of(const std::string& coordinate) const;
   /// The springs' stiffness as one size() x size() matrix (zero rows for coordinates without).
   const Eigen::MatrixXd& stiffness() const { return stiffness_; }
-  /// The value of a law at coordinates x with these deflections from rest.
-  CoordinateLaw::Value value_of(Eigen::Index coordinate, const CoordinateLaw& law,
   /// What a law on a coordinate is a function of.
   CoordinateLaw::JointState joint_state(Eigen::Index coordinate, const Eigen::VectorXd& x,
                                         const Eigen::VectorXd& deflection,
@@ -113,6 +113,8 @@ class Chain {
     return {x[coordinate], deflection[coordinate], stiffness_(coordinate, coordinate),
             travel[coordinate]};
   }
+  /// The value of a law at coordinates x with these deflections from rest.
+  CoordinateLaw::Value value_of(Eigen::Index coordinate, const CoordinateLaw& law,
                                 const Eigen::VectorXd& x, const Eigen::VectorXd& deflection,
                                 const Eigen::VectorXd& travel) const {
     return law.at(joint_state(coordinate, x, deflection, travel));

@@ -24,9 +24,10 @@ void move(Node& node, const Pose& change) {
 }  // namespace
 
 void ChainModifier::take_back(const Chain& original) {
-  if (!has_laws_alone_) chain_ = original;
+  if (!is_built_as_before_) chain_ = original;
   chain_.laws_.resize(original.laws().size());
-  has_laws_alone_ = true;
+  chain_.transmission_errors_.resize(original.transmission_errors().size());
+  is_built_as_before_ = true;
 }
 
 void ChainModifier::add_law(const std::string& joint, std::shared_ptr<const CoordinateLaw> law) {
@@ -34,7 +35,7 @@ void ChainModifier::add_law(const std::string& joint, std::shared_ptr<const Coor
 }
 
 void ChainModifier::scale_spring(const std::string& spring, double factor) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   if (!(factor > 0) || !std::isfinite(factor))
     throw std::invalid_argument("the factor of a stiffness must be positive");
   for (Spring& s : chain_.springs_) {
@@ -51,7 +52,7 @@ void ChainModifier::scale_spring(const std::string& spring, double factor) {
 }
 
 void ChainModifier::take_spring(const std::string& spring, const Chain& from) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   const auto named = [&](const Spring& s) { return s.name == spring; };
   const auto own = std::find_if(chain_.springs_.begin(), chain_.springs_.end(), named);
   const auto other = std::find_if(from.springs().begin(), from.springs().end(), named);
@@ -64,7 +65,7 @@ void ChainModifier::take_spring(const std::string& spring, const Chain& from) {
 }
 
 void ChainModifier::add_series_compliance(const std::string& joint, double compliance) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   const Index k = chain_.index_of(joint);
   for (Spring& spring : chain_.springs_) {
     if (spring.first != k || spring.stiffness.rows() != 1) continue;
@@ -88,7 +89,7 @@ double ChainModifier::stiffest(bool turns) const {
 
 void ChainModifier::add_compliance_behind(const std::string& element, const std::string& name,
                                           Motion motion, double compliance) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   const Index joints = chain_.joints_to(element);
   if (chain_.has_coordinate(name)) return add_series_compliance(name, compliance);
   const double most = stiffest(is_rotation(motion));
@@ -133,7 +134,7 @@ ChainDisplacement& ChainModifier::displacement_at(const std::string& element, bo
 
 void ChainModifier::add_displacement(const std::string& element, bool in_front,
                                      const spatial::Vector6& displacement) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   ChainDisplacement& place = displacement_at(element, in_front || element == "end");
   const Pose before = spatial::displaced(Pose(), place.value);
   place.value += displacement;
@@ -162,7 +163,7 @@ void ChainModifier::move_place(const ChainDisplacement& place, const Pose& chang
 }
 
 void ChainModifier::add_node(const std::string& name, const std::string& place, const Pose& pose) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   const auto named = std::find_if(chain_.nodes_.begin(), chain_.nodes_.end(),
                                   [&place](const Node& node) { return node.name == place; });
   Node node{.name = name, .joints = 0, .position = pose.position(), .axes = pose.rotation()};
@@ -181,13 +182,12 @@ void ChainModifier::add_node(const std::string& name, const std::string& place, 
 
 void ChainModifier::add_mass(const std::string& name, double mass, Index joints,
                              const spatial::Vector3& position) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   chain_.add_node({name, joints, position});
   chain_.masses_.push_back({chain_.nodes_.size() - 1, mass});
 }
 
 void ChainModifier::add_transmission_error(const TransmissionError& shift) {
-  has_laws_alone_ = false;
   const Coordinate& coordinate = chain_.coordinates_.at(static_cast<std::size_t>(shift.coordinate));
   const bool has_spring = chain_.stiffness_(shift.coordinate, shift.coordinate) != 0;
   if (coordinate.role != Role::actuated && !has_spring)
@@ -200,7 +200,7 @@ void ChainModifier::add_transmission_error(const TransmissionError& shift) {
 
 void ChainModifier::add_mass_at_end(const std::string& name, double mass,
                                     const spatial::Vector3& position) {
-  has_laws_alone_ = false;
+  is_built_as_before_ = false;
   chain_.add_mass_at_end(name, mass, position, name);
 }
 

@@ -60,7 +60,7 @@ class ChainModifier {
 
   Chain chain_;
   std::array<double, 2> beside_ = {0, 0};  // linear, angular
-  bool has_laws_alone_ = true;             // among the changes
+  bool is_built_as_before_ = true;         // but for laws and transmission errors that were added
 };
 
 }  // namespace kinetostat::vjm

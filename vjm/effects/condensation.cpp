@@ -234,7 +234,10 @@ class Balance {
     for (int i = 0; i < most; ++i) {
       if (!evaluate(x)) return false;
       const double step = unbalanced_ / stiffness_, next = x + step;
-      if (std::abs(step) <= 1e-15 * std::max(1.0, std::abs(start_ + x))) return true;
+      if (std::abs(step) <= 1e-15 * std::max(1.0, std::abs(start_ + x))) {
+        sample_ = joint_.rest.at(x);
+        return true;
+      }
       (step > 0 ? lower : upper) = x;
       (step > 0 ? is_above_lower : is_below_upper) = true;
       if (next > upper && !is_below_upper) {
@@ -258,10 +261,10 @@ class Balance {
  private:
   bool evaluate(double x) {
     constexpr double least = 1e-4;  // of what holds the joint without the effect
-    sample_ = joint_.rest.at(x);
+    const auto [force, slope] = joint_.rest.force_at(x);
     const OwnForce own(chain_, joint_.place.coordinate, start_ + x, rest_, command_);
-    unbalanced_ = sample_.values[0] - own.value;
-    stiffness_ = own.tangent - sample_.by_x[0];
+    unbalanced_ = force - own.value;
+    stiffness_ = own.tangent - slope;
     return stiffness_ > least * joint_.stiffness;
   }
 
@@ -272,18 +275,33 @@ class Balance {
   CondensedJoint::Sample sample_;
 };
 
-// The chain as an effect sees it that looks at nothing but its joint.
-ChainState joint_state(const Chain& chain, const VectorXd& commands, const VectorXd& x) {
-  static const ChainKinematics none;
-  return {.chain = chain,
-          .x = x,
-          .deflection = x - chain.rest_for(commands),
-          .travel = x - commands,
-          .kinematics = none,
-          .origin = {},
-          .gravity = spatial::Vector3::Zero(),
-          .loads = {}};
-}
+// Memory that one thread uses for reading after reading.
+struct JointMemory {
+  VectorXd rest, x, deflection, travel;
+  ChainColumns columns;
+  HistoryStep step;
+
+  // The chain as an effect sees it that looks at nothing but its joint, with the memory of its
+  // coordinates; back with them.
+  ChainState take_state(const Chain& chain, const VectorXd& commands) {
+    static const ChainKinematics none;
+    deflection = x - rest;
+    travel = x - commands;
+    return {.chain = chain,
+            .x = std::move(x),
+            .deflection = std::move(deflection),
+            .travel = std::move(travel),
+            .kinematics = none,
+            .origin = {},
+            .gravity = spatial::Vector3::Zero(),
+            .loads = {}};
+  }
+  void give_back(ChainState& state) {
+    x = std::move(state.x);
+    deflection = std::move(state.deflection);
+    travel = std::move(state.travel);
+  }
+};
 
 // Forces on the joint by one parameter, directly and through the history: all, and those of the
 // drive.
@@ -308,12 +326,13 @@ struct ForceBy {
     }
   }
 
-  void add_history(const ChainColumns& columns, Index joint, const MatrixXd& history,
-                   Index parameter) {
-    const Index first = columns.force().cols() - history.rows();
-    for (Index h = 0; h < history.rows(); ++h) {
-      all += columns.force()(joint, first + h) * history(h, parameter);
-      drive += columns.drive()(joint, first + h) * history(h, parameter);
+  // By what the history has become with it.
+  void add_history(const ChainColumns& columns, Index joint,
+                   const Eigen::Ref<const VectorXd>& history) {
+    const Index first = columns.force().cols() - history.size();
+    for (Index h = 0; h < history.size(); ++h) {
+      all += columns.force()(joint, first + h) * history[h];
+      drive += columns.drive()(joint, first + h) * history[h];
     }
   }
 };
@@ -359,60 +378,54 @@ const Spring* EffectModel::own_spring(const ModelParameter& parameter) const {
   return nullptr;
 }
 
-std::optional<Response> EffectModel::respond(const CondensedState& without, const Load& stated,
-                                             const Conditions& given, const Response& before,
-                                             const std::vector<ModelParameter>& parameters) const {
-  if (leaves_equilibrium(given, parameters))
-    return read_otherwise(without, stated, given, before, parameters);
-  if (!is_law_of_joint(parameters)) return std::nullopt;
+bool EffectModel::respond_in_joint(const CondensedState& without, const Conditions& conditions,
+                                   const Response& before,
+                                   const std::vector<ModelParameter>& parameters,
+                                   Response& response) const {
   const std::size_t e = effects_.size() - 1;
   const Effect& effect = effects_[e];
   const auto& [c, element] = effect.sites[0];
-  Conditions conditions = given;
-  const Chain& chain =
-      varied_chain(c, stated, conditions, with_own(without.before, before.histories));
+  const Chain& chain = varied_chain(c, conditions, without.before, before.histories);
   const Index k = chain.index_of(element);
   const CondensedState::Joint* joint = without.find({c, k});
-  if (joint == nullptr) return std::nullopt;
+  if (joint == nullptr) return false;
   const VectorXd& commands = without.commands[c];
-  Balance balance(*joint, chain, without.coordinates[c][k], chain.rest_for(commands)[k],
-                  commands[k]);
-  if (!balance.find()) return std::nullopt;
-  Response response;
+  thread_local JointMemory memory;
+  chain.find_rest(commands, memory.rest);
+  Balance balance(*joint, chain, without.coordinates[c][k], memory.rest[k], commands[k]);
+  if (!balance.find()) return false;
   response.observed = spatial::displaced(without.observed, balance.sample().values.tail<6>());
-  response.histories = with_own(without.after, before.histories);
-  response.history_derivatives = before.history_derivatives;
   const Index size = effect.kind->history, count = std::ssize(parameters);
   response.derivatives.resize(6, count);
-  if (size == 0 && count == 0) return response;
-  VectorXd x = without.coordinates[c];
-  x[k] = balance.x();
-  const ChainState state = joint_state(chain, commands, x);
-  const VectorXd& history = before.histories[e];
-  const EffectInput input{effect.values, conditions, history};
-  ChainColumns columns(state, effect.values.size() + size);
-  if (count > 0) effect.kind->differentiate(columns, element, input);
-  const std::optional<HistoryStep> step =
-      size > 0 ? std::optional(effect.kind->advance(state, element, input)) : std::nullopt;
-  if (step) response.histories[e] = step->next;
+  if (size == 0 && count == 0) return true;
+  memory.x = without.coordinates[c];
+  memory.x[k] = balance.x();
+  ChainState state = memory.take_state(chain, commands);
+  const EffectInput input{effect.values, conditions, before.histories[e]};
+  memory.columns.renew(state, effect.values.size() + size);
+  if (count > 0) effect.kind->differentiate(memory.columns, element, input);
+  if (size > 0) {
+    effect.kind->advance(state, element, input, memory.step);
+    response.histories[e] = memory.step.next;
+  }
   const Vector6 by_x = motion_by_x(balance.sample());
-  const MatrixXd& carried = before.history_derivatives[e];
   for (Index p = 0; p < count; ++p) {
     const ModelParameter& parameter = parameters[static_cast<std::size_t>(p)];
     const Spring* spring = own_spring(parameter);
     ForceBy force =
-        spring != nullptr ? ForceBy(state, *spring) : ForceBy(columns, k, parameter.value);
-    force.add_history(columns, k, carried, p);
+        spring != nullptr ? ForceBy(state, *spring) : ForceBy(memory.columns, k, parameter.value);
+    const auto carried = before.history_derivatives[e].col(p);
+    force.add_history(memory.columns, k, carried);
     const double moved = force.all * balance.x_by_force();
     response.derivatives.col(p) = moved * by_x;
-    if (!step) continue;
-    response.history_derivatives[e].col(p) = step->by_coordinates.col(k) * moved +
-                                             step->by_input.rightCols(size) * carried.col(p) -
-                                             force.drive * step->by_drive_force;
-    if (spring == nullptr)
-      response.history_derivatives[e].col(p) += step->by_input.col(parameter.value);
+    if (size == 0) continue;
+    auto rate = response.history_derivatives[e].col(p);
+    rate = moved * memory.step.by_coordinates.col(k) - force.drive * memory.step.by_drive_force;
+    rate.noalias() += memory.step.by_input.rightCols(size) * carried;
+    if (spring == nullptr) rate += memory.step.by_input.col(parameter.value);
   }
-  return response;
+  memory.give_back(state);
+  return true;
 }
 
 }  // namespace kinetostat::vjm

@@ -60,15 +60,28 @@ std::optional<CondensedJoint> CondensedJoint::through(const Sample& here, const 
   return joint;
 }
 
-CondensedJoint::Sample CondensedJoint::at(double x) const {
+// Of all rows or of some.
+template <class Coefficients, class Value>
+void CondensedJoint::evaluate(const Coefficients& coefficients, double x, Value& value,
+                              Value& slope) const {
   const std::array<double, 5> nodes = {0, 0, ends_[0], ends_[0], ends_[1]};
-  Sample sample{x, coefficients_.col(5), Values::Zero()};
   for (Eigen::Index i = 4; i >= 0; --i) {
     const double step = x - nodes[static_cast<std::size_t>(i)];
-    sample.by_x = step * sample.by_x + sample.values;
-    sample.values = step * sample.values + coefficients_.col(i);
+    slope = step * slope + value;
+    value = step * value + coefficients(i);
   }
+}
+
+CondensedJoint::Sample CondensedJoint::at(double x) const {
+  Sample sample{x, coefficients_.col(5), Values::Zero()};
+  evaluate([this](Eigen::Index i) { return coefficients_.col(i); }, x, sample.values, sample.by_x);
   return sample;
+}
+
+CondensedJoint::Force CondensedJoint::force_at(double x) const {
+  Force force{coefficients_(0, 5), 0};
+  evaluate([this](Eigen::Index i) { return coefficients_(0, i); }, x, force.value, force.slope);
+  return force;
 }
 
 const CondensedState::Joint* CondensedState::find(const JointPlace& place) const {

@@ -36,8 +36,16 @@ class CondensedJoint {
   double lower() const { return ends_[0]; }
   double upper() const { return ends_[1]; }
   Sample at(double x) const;
+  /// The force of it alone, and its derivative.
+  struct Force {
+    double value = 0, slope = 0;
+  };
+  Force force_at(double x) const;
 
  private:
+  template <class Coefficients, class Value>
+  void evaluate(const Coefficients& coefficients, double x, Value& value, Value& slope) const;
+
   std::array<double, 2> ends_{};
   Eigen::Matrix<double, 7, 6> coefficients_;  // Newton's, nodes 0, 0, below, below, above, above
 };

@@ -31,11 +31,13 @@ double ChainState::drive_stiffness(Index coordinate) const {
   return stiffness;
 }
 
-HistoryStep::HistoryStep(Eigen::VectorXd state, Index coordinates, Index inputs)
-    : next(std::move(state)),
-      by_coordinates(Eigen::MatrixXd::Zero(next.size(), coordinates)),
-      by_input(Eigen::MatrixXd::Zero(next.size(), inputs)),
-      by_drive_force(Eigen::VectorXd::Zero(next.size())) {}
+void HistoryStep::start(const Eigen::Ref<const Eigen::VectorXd>& state, Index coordinates,
+                        Index inputs) {
+  next = state;
+  by_coordinates.setZero(next.size(), coordinates);
+  by_input.setZero(next.size(), inputs);
+  by_drive_force.setZero(next.size());
+}
 
 void EffectKind::act(ChainModifier&, const std::string&, const EffectInput&) const {}
 void EffectKind::differentiate(ChainColumns&, const std::string&, const EffectInput&) const {}
@@ -48,7 +50,8 @@ Lag EffectKind::lag(double, double, double) const {
 }
 bool EffectKind::is_off(const ReadingMoment&, const Eigen::VectorXd&) const { return false; }
 bool EffectKind::turns_along(const Eigen::VectorXd&) const { return false; }
-HistoryStep EffectKind::advance(const ChainState&, const std::string&, const EffectInput&) const {
+void EffectKind::advance(const ChainState&, const std::string&, const EffectInput&,
+                         HistoryStep&) const {
   throw std::logic_error(fmt::format("the effect '{}' has no history", name));
 }
 
@@ -376,9 +379,6 @@ double prior_deviation(const Effect& effect, Index value, const Manipulator& bar
   }
 }
 
-namespace {
-
-// Numbers of effects in the order in which they are applied: as in the catalogue, then others.
 std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
   const auto rank = [](const Effect& effect) {
     const auto& kinds = effect_kinds();
@@ -393,8 +393,6 @@ std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
   return order;
 }
 
-}  // namespace
-
 bool act_on(std::size_t chain, const std::vector<Effect>& effects) {
   return std::any_of(effects.begin(), effects.end(), [&](const Effect& effect) {
     return std::any_of(effect.sites.begin(), effect.sites.end(),
@@ -402,16 +400,16 @@ bool act_on(std::size_t chain, const std::vector<Effect>& effects) {
   });
 }
 
-void put_on(std::size_t chain, const std::vector<Effect>& effects, const Conditions& conditions,
-            const Histories& histories, ChainModifier& modifier) {
-  for (const std::size_t e : in_order(effects)) {
-    const Effect& effect = effects[e];
-    const Index size = effect.kind->history;
-    for (std::size_t s = 0; s < effect.sites.size(); ++s) {
-      if (effect.sites[s].chain != chain) continue;
-      const Eigen::VectorXd before = histories[e].segment(static_cast<Index>(s) * size, size);
-      effect.kind->act(modifier, effect.sites[s].element, {effect.values, conditions, before});
-    }
+void put_on(std::size_t chain, const Effect& effect, const Conditions& conditions,
+            const Eigen::VectorXd& history, ChainModifier& modifier) {
+  const Index size = effect.kind->history;
+  Eigen::VectorXd own;
+  for (std::size_t s = 0; s < effect.sites.size(); ++s) {
+    if (effect.sites[s].chain != chain) continue;
+    const bool is_all = history.size() == size;
+    if (!is_all) own = history.segment(static_cast<Index>(s) * size, size);
+    effect.kind->act(modifier, effect.sites[s].element,
+                     {effect.values, conditions, is_all ? history : own});
   }
 }
 
@@ -460,13 +458,14 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
   if (const SharedMounts mounts = mounts_of(effects); mounts.any())
     return with_effects(mounts.on(manipulator), on_mounts(mounts, manipulator, effects), conditions,
                         histories);
+  const std::vector<std::size_t> order = in_order(effects);
   std::vector<Chain> chains;
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     chains.push_back(manipulator.chains()[c]);
     if (!act_on(c, effects)) continue;
     ChainModifier modifier(std::move(chains.back()));
     if (modifier.chain().size() == 0) stand_beside_all(manipulator, modifier);
-    put_on(c, effects, conditions, histories, modifier);
+    for (const std::size_t e : order) put_on(c, effects[e], conditions, histories[e], modifier);
     chains.back() = std::move(modifier).chain();
   }
   return manipulator.with_chains(std::move(chains));

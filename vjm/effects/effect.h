@@ -171,9 +171,12 @@ struct PlaceMotion {
 /// history: one column each, zero unless added to.
 class ChainColumns {
  public:
-  ChainColumns(const ChainState& state, Eigen::Index columns);
+  ChainColumns() = default;
+  ChainColumns(const ChainState& state, Eigen::Index columns) { renew(state, columns); }
+  /// All zero, about another state, which outlives them; in the same memory.
+  void renew(const ChainState& state, Eigen::Index columns);
 
-  const ChainState& state() const { return state_; }
+  const ChainState& state() const { return *state_; }
   /// A force on a coordinate [N or N m]: by its drive, or by what is beside the drive.
   void add_drive_force(Eigen::Index column, Eigen::Index coordinate, double force);
   void add_force(Eigen::Index column, Eigen::Index coordinate, double force);
@@ -201,7 +204,7 @@ class ChainColumns {
   }
 
  private:
-  const ChainState& state_;
+  const ChainState* state_ = nullptr;
   Eigen::MatrixXd force_, drive_;
   Matrix6X end_, origin_;
   std::vector<std::vector<PlaceMotion>> motions_;
@@ -216,7 +219,9 @@ struct HistoryStep {
   /// the effect's own input acts through the drive.
   Eigen::VectorXd by_drive_force;
 
-  HistoryStep(Eigen::VectorXd state, Eigen::Index coordinates, Eigen::Index inputs);
+  /// To a state that depends on nothing yet; in the same memory.
+  void start(const Eigen::Ref<const Eigen::VectorXd>& state, Eigen::Index coordinates,
+             Eigen::Index inputs);
 };
 
 /// By how much an instrument shows more than there is [m or rad], and the state that it carries to
@@ -295,8 +300,8 @@ class EffectKind {
   /// Whether its first six values are along axes of the platform; else along those of the readings.
   virtual bool turns_along(const Eigen::VectorXd& values) const;
   /// Carries the history over an equilibrium. Required where history > 0.
-  virtual HistoryStep advance(const ChainState& state, const std::string& element,
-                              const EffectInput& input) const;
+  virtual void advance(const ChainState& state, const std::string& element,
+                       const EffectInput& input, HistoryStep& step) const;
 
   /// It acts on numbers that are read: equilibria know nothing of it.
   bool acts_on_numbers() const { return lags_behind || offsets_readings; }
@@ -374,9 +379,11 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects);
 /// Whether one of them has a site on a chain.
 bool act_on(std::size_t chain, const std::vector<Effect>& effects);
-/// One chain of it, from `modifier` of that without them.
-void put_on(std::size_t chain, const std::vector<Effect>& effects, const Conditions& conditions,
-            const Histories& histories, ChainModifier& modifier);
+/// Numbers of effects in the order in which they are applied: as in the catalogue, then others.
+std::vector<std::size_t> in_order(const std::vector<Effect>& effects);
+/// Puts one on those of its sites that are on the chain of `modifier`.
+void put_on(std::size_t chain, const Effect& effect, const Conditions& conditions,
+            const Eigen::VectorXd& history, ChainModifier& modifier);
 /// Whether it can act at its sites with its values.
 bool can_act(const Effect& effect, const Manipulator& bare);
 /// Whether an effect has a part in readings that are taken so.

@@ -63,13 +63,15 @@ PlaceFrame frame_of(const ChainState& state, const std::string& element, bool in
   return place;
 }
 
-ChainColumns::ChainColumns(const ChainState& state, Index columns)
-    : state_(state),
-      force_(Eigen::MatrixXd::Zero(state.chain.size(), columns)),
-      drive_(force_),
-      end_(Matrix6X::Zero(6, columns)),
-      origin_(Matrix6X::Zero(6, columns)),
-      motions_(static_cast<std::size_t>(columns)) {}
+void ChainColumns::renew(const ChainState& state, Index columns) {
+  state_ = &state;
+  force_.setZero(state.chain.size(), columns);
+  drive_.setZero(state.chain.size(), columns);
+  end_.setZero(6, columns);
+  origin_.setZero(6, columns);
+  motions_.resize(static_cast<std::size_t>(columns));
+  for (std::vector<PlaceMotion>& motions : motions_) motions.clear();
+}
 
 void ChainColumns::add_force(Index column, Index coordinate, double force) {
   force_(coordinate, column) += force;
@@ -81,34 +83,34 @@ void ChainColumns::add_drive_force(Index column, Index coordinate, double force)
 }
 
 void ChainColumns::add_wrench(Index column, const PointWrench& load) {
-  Eigen::VectorXd force = Eigen::VectorXd::Zero(state_.chain.size());
-  add_generalised_force(state_.chain, state_.kinematics, load, force);
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(state_->chain.size());
+  add_generalised_force(state_->chain, state_->kinematics, load, force);
   force_.col(column) += force;
   origin_.col(column) += load.wrench;
   origin_.col(column).tail<3>() +=
-      (load.point - state_.origin.position()).cross(load.wrench.head<3>());
+      (load.point - state_->origin.position()).cross(load.wrench.head<3>());
 }
 
 // The place is one more joint of the chain: with joint i nearer the base than j,
 // d(J_i . F)/dx_j = f . (w_i x v_j) and d(J_j . F)/dx_i = f . (w_i x v_j) + m . (w_i x w_j).
 void ChainColumns::add_motion(Index column, const PlaceFrame& place, const Vector3& point,
                               const Vector6& motion) {
-  const Vector3 w = motion.tail<3>(), end = state_.kinematics.end.position();
+  const Vector3 w = motion.tail<3>(), end = state_->kinematics.end.position();
   motions_[static_cast<std::size_t>(column)].push_back(
       {place.joints, place.in_front, point, motion});
   end_.col(column).head<3>() += velocity_of(end, point, motion);
   end_.col(column).tail<3>() += w;
-  for (std::size_t l = 0; l < state_.loads.size(); ++l) {
-    if (!carries(state_, place, l)) continue;
-    const PointWrench& load = state_.loads[l];
+  for (std::size_t l = 0; l < state_->loads.size(); ++l) {
+    if (!carries(*state_, place, l)) continue;
+    const PointWrench& load = state_->loads[l];
     const Vector3 f = load.wrench.head<3>(), m = load.wrench.tail<3>();
     const Vector3 moved = velocity_of(load.point, point, motion);
     origin_.col(column).tail<3>() += moved.cross(f);
     for (Index j = 0; j < load.joints; ++j) {
-      const Vector3 wj = state_.kinematics.joint_twists.col(j).tail<3>();
+      const Vector3 wj = state_->kinematics.joint_twists.col(j).tail<3>();
       const Vector3 vj =
-          state_.kinematics.joint_twists.col(j).head<3>() + wj.cross(load.point - end);
-      force_(state_.chain.joints()[static_cast<std::size_t>(j)].coordinate, column) +=
+          state_->kinematics.joint_twists.col(j).head<3>() + wj.cross(load.point - end);
+      force_(state_->chain.joints()[static_cast<std::size_t>(j)].coordinate, column) +=
           j < place.joints ? f.dot(wj.cross(moved)) : f.dot(w.cross(vj)) + m.dot(w.cross(wj));
     }
   }
@@ -116,8 +118,8 @@ void ChainColumns::add_motion(Index column, const PlaceFrame& place, const Vecto
 
 void ChainColumns::add_displacement(Index column, const std::string& element, bool in_front,
                                     const Vector6& change) {
-  const PlaceFrame place = frame_of(state_, element, in_front);
-  const Vector6 value = value_at(state_.chain, element, place.in_front);
+  const PlaceFrame place = frame_of(*state_, element, in_front);
+  const Vector6 value = value_at(state_->chain, element, place.in_front);
   Vector6 motion;
   motion << place.pose.rotation() * change.head<3>(),
       place.pose.rotation() * spatial::left_jacobian(value.tail<3>()) * change.tail<3>();
@@ -125,36 +127,36 @@ void ChainColumns::add_displacement(Index column, const std::string& element, bo
 }
 
 void ChainColumns::add_transmission_error(Index column, Index coordinate, double change) {
-  if (state_.chain.stiffness()(coordinate, coordinate) != 0) {
-    add_drive_force(column, coordinate, change * state_.drive_stiffness(coordinate));
+  if (state_->chain.stiffness()(coordinate, coordinate) != 0) {
+    add_drive_force(column, coordinate, change * state_->drive_stiffness(coordinate));
     return;
   }
   // A joint held by its drive moves with it, and what it drives.
-  const auto& joints = state_.chain.joints();
+  const auto& joints = state_->chain.joints();
   for (std::size_t j = 0; j < joints.size(); ++j) {
     if (joints[j].coordinate != coordinate) continue;
     const auto column_of_joint = static_cast<Index>(j);
     const PlaceFrame place{.pose = {}, .joints = column_of_joint, .in_front = true};
-    add_motion(column, place, state_.kinematics.end.position(),
-               change * state_.kinematics.joint_twists.col(column_of_joint));
+    add_motion(column, place, state_->kinematics.end.position(),
+               change * state_->kinematics.joint_twists.col(column_of_joint));
   }
 }
 
 void ChainColumns::add_compliance_behind(Index column, const std::string& element,
                                          const std::string& name, Motion motion, double change) {
-  const Chain& chain = state_.chain;
+  const Chain& chain = state_->chain;
   if (chain.has_coordinate(name)) {
     // F = -K x with 1/K the sum of compliances: dF/dc = K^2 x.
     const Index k = chain.index_of(name);
     const double stiffness = chain.stiffness()(k, k);
-    add_force(column, k, change * stiffness * stiffness * state_.x[k]);
+    add_force(column, k, change * stiffness * stiffness * state_->x[k]);
     return;
   }
   // Nothing there yields: the first trace of a compliance is the force there times its axis.
-  const PlaceFrame place = frame_of(state_, element, false);
+  const PlaceFrame place = frame_of(*state_, element, false);
   const Index joints = element == "end" ? chain.joints_to("end") : place.joints;
   const Pose frame =
-      element == "end" ? frame_behind(chain, state_.x, joints, state_.origin) : place.pose;
+      element == "end" ? frame_behind(chain, state_->x, joints, state_->origin) : place.pose;
   const Vector3 axis = frame.rotation().col(axis_index(motion));
   Vector6 unit;
   if (is_rotation(motion)) {
@@ -164,9 +166,9 @@ void ChainColumns::add_compliance_behind(Index column, const std::string& elemen
   }
   const PlaceFrame behind{.pose = frame, .joints = joints, .in_front = false};
   double force = 0;
-  for (std::size_t l = 0; l < state_.loads.size(); ++l)
-    if (carries(state_, behind, l))
-      force += generalised_force(state_.loads[l], frame.position(), unit);
+  for (std::size_t l = 0; l < state_->loads.size(); ++l)
+    if (carries(*state_, behind, l))
+      force += generalised_force(state_->loads[l], frame.position(), unit);
   add_motion(column, behind, frame.position(), change * force * unit);
 }
 

@@ -84,7 +84,9 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
     reads_ |= !kind.acts_on_chains() && !kind.acts_on_numbers();
     for (const EffectSite& site : effects_[e].sites)
       if (kind.history > 0) with_history.insert(site.chain);
-    if (!kind.acts_on_chains() || is_fixed(effects_[e])) continue;
+  }
+  for (const std::size_t e : in_order(effects_)) {
+    if (!effects_[e].kind->acts_on_chains() || is_fixed(effects_[e])) continue;
     varying_.push_back(e);
     varying_effects_.push_back(effects_[e]);
   }
@@ -162,9 +164,10 @@ std::optional<Manipulator> EffectModel::varied(const Load& stated, Conditions& c
 }
 
 // One chain of it, good until the thread asks for another. Readings follow each other in one model,
-// and mostly what was put on for the last can be taken off again.
-const Chain& EffectModel::varied_chain(std::size_t chain, const Load& stated,
-                                       Conditions& conditions, const Histories& before) const {
+// and mostly what was put on for the last can be taken off again. Histories of all but the last
+// effect are `of_others`, where there are any.
+const Chain& EffectModel::varied_chain(std::size_t chain, const Conditions& conditions,
+                                       const Histories& of_others, const Histories& all) const {
   struct Made {
     std::uint64_t model = 0;  // 0: none
     std::size_t chain = 0;
@@ -172,13 +175,15 @@ const Chain& EffectModel::varied_chain(std::size_t chain, const Load& stated,
   };
   thread_local Made made;
   const Chain& original = fixed_.chains()[chain];
-  if (!varying_.empty()) add_load(stated, conditions);
   if (!act_on(chain, varying_effects_)) return original;
   if (std::exchange(made.model, 0) == number_ && made.chain == chain)
     made.modifier->take_back(original);
   else
     made.modifier.emplace(original);
-  put_on(chain, varying_effects_, conditions, of_varying(before), *made.modifier);
+  for (const std::size_t e : varying_) {
+    const bool is_other = !of_others.empty() && e + 1 < effects_.size();
+    put_on(chain, effects_[e], conditions, is_other ? of_others[e] : all[e], *made.modifier);
+  }
   made.model = number_;
   made.chain = chain;
   return made.modifier->chain();
@@ -253,30 +258,43 @@ bool EffectModel::leaves_equilibrium(const Conditions& conditions,
          });
 }
 
-// Those of the model without its last effect, then that of its last.
-Histories EffectModel::with_own(const Histories& of_others, const Histories& all) const {
-  if (of_others.empty()) return all;
-  Histories result = of_others;
-  result.push_back(all.back());
-  return result;
+// A response to be found: histories of the model without its last effect, and that of the last as
+// it was.
+void EffectModel::start_response(const CondensedState& without, const Response& before,
+                                 Response& response) const {
+  response.failure.clear();
+  response.by_wrench.resize(6, 0);
+  response.watched = {};
+  response.state = {};
+  response.histories = before.histories;
+  std::copy(without.after.begin(), without.after.end(), response.histories.begin());
+  response.history_derivatives = before.history_derivatives;
+}
+
+bool EffectModel::respond(const CondensedState& without, const Load& stated,
+                          const Conditions& given, const Response& before,
+                          const std::vector<ModelParameter>& parameters, Response& response) const {
+  const bool is_law = !leaves_equilibrium(given, parameters);
+  if (is_law && !is_law_of_joint(parameters)) return false;
+  start_response(without, before, response);
+  std::optional<Conditions> with_load;
+  if (asks_for_load_ && !varying_.empty()) add_load(stated, with_load.emplace(given));
+  const Conditions& conditions = with_load ? *with_load : given;
+  if (is_law) return respond_in_joint(without, conditions, before, parameters, response);
+  read_otherwise(without, conditions, parameters, response);
+  return true;
 }
 
 // Where the last effect has nothing to do with the equilibrium.
-Response EffectModel::read_otherwise(const CondensedState& without, const Load& stated,
-                                     const Conditions& given, const Response& before,
-                                     const std::vector<ModelParameter>& parameters) const {
-  Conditions conditions = given;
-  if (!varying_.empty()) add_load(stated, conditions);
+void EffectModel::read_otherwise(const CondensedState& without, const Conditions& conditions,
+                                 const std::vector<ModelParameter>& parameters,
+                                 Response& response) const {
   const ReadingErrors errors = reading_errors(effects_, conditions);
-  Response response;
-  response.histories = with_own(without.after, before.histories);
-  response.history_derivatives = before.history_derivatives;
   response.observed = errors.observed(without.platform);
   response.derivatives.resize(6, std::ssize(parameters));
   for (std::size_t p = 0; p < parameters.size(); ++p)
     response.derivatives.col(static_cast<Index>(p)) =
         errors.observed_derivative(without.platform, tangent_of(parameters[p], conditions));
-  return response;
 }
 
 void EffectModel::advance(const Case& at, const Response& before, Response& response) const {
@@ -285,11 +303,10 @@ void EffectModel::advance(const Case& at, const Response& before, Response& resp
     const Index size = effect.kind->history;
     for (std::size_t s = 0; size > 0 && s < effect.sites.size(); ++s) {
       const VectorXd history = history_at(before.histories[e], s, size);
-      response.histories[e].segment(static_cast<Index>(s) * size, size) =
-          effect.kind
-              ->advance(chain_state(at.equilibrium, effect.sites[s].chain), effect.sites[s].element,
-                        {effect.values, at.conditions, history})
-              .next;
+      HistoryStep step;
+      effect.kind->advance(chain_state(at.equilibrium, effect.sites[s].chain),
+                           effect.sites[s].element, {effect.values, at.conditions, history}, step);
+      response.histories[e].segment(static_cast<Index>(s) * size, size) = step.next;
     }
   }
 }
@@ -400,8 +417,8 @@ void EffectModel::advance(const Linear& linear, const Case& at, const Response& 
   const Index size = effect.kind->history, first = static_cast<Index>(s) * size;
   const VectorXd history = before.histories[e].segment(first, size);
   const ChainState& state = linear.states[chain];
-  const HistoryStep step =
-      effect.kind->advance(state, element, {effect.values, at.conditions, history});
+  HistoryStep step;
+  effect.kind->advance(state, element, {effect.values, at.conditions, history}, step);
   response.histories[e].segment(first, size) = step.next;
   const bool has_drive = !step.by_drive_force.isZero(0);
   for (std::size_t p = 0; p < parameters.size(); ++p) {

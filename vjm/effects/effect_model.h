@@ -76,12 +76,13 @@ class EffectModel {
   /// respond() from the same equilibrium of the model without its last effect, in much less time:
   /// equal to 1e-12 of the manipulator's length, where the histories of the other effects are those
   /// of `without`, as if the last effect had not acted before. Without `state`, which is not found.
-  /// nullopt unless the effect acts on what is read alone, not at all, or on one joint alone
-  /// (EffectKind::acts_on_joint_alone), which is condensed, stays held and where that is known;
-  /// derivatives are by values of this effect and by the stiffness of its joint alone.
-  std::optional<Response> respond(const CondensedState& without, const Load& load,
-                                  const Conditions& conditions, const Response& before,
-                                  const std::vector<ModelParameter>& parameters) const;
+  /// Into a response that is kept, another than `before`: from the second one on hardly anything is
+  /// allocated. False unless the effect acts on what is read alone, not at all, or on one joint
+  /// alone (EffectKind::acts_on_joint_alone), which is condensed, stays held and where that is
+  /// known; derivatives are by values of this effect and by the stiffness of its joint alone.
+  bool respond(const CondensedState& without, const Load& load, const Conditions& conditions,
+               const Response& before, const std::vector<ModelParameter>& parameters,
+               Response& response) const;
 
  private:
   class Condenser;
@@ -90,21 +91,24 @@ class EffectModel {
   std::optional<Manipulator> varied(const Load& stated, Conditions& conditions,
                                     const Histories& histories) const;
   void add_load(const Load& stated, Conditions& conditions) const;
-  const Chain& varied_chain(std::size_t chain, const Load& stated, Conditions& conditions,
-                            const Histories& histories) const;
+  const Chain& varied_chain(std::size_t chain, const Conditions& conditions,
+                            const Histories& of_others, const Histories& all) const;
   Histories of_varying(const Histories& histories) const;
   bool leaves_equilibrium(const Conditions& conditions,
                           const std::vector<ModelParameter>& parameters) const;
-  Response read_otherwise(const CondensedState& without, const Load& stated,
-                          const Conditions& given, const Response& before,
-                          const std::vector<ModelParameter>& parameters) const;
+  void read_otherwise(const CondensedState& without, const Conditions& conditions,
+                      const std::vector<ModelParameter>& parameters, Response& response) const;
+  bool respond_in_joint(const CondensedState& without, const Conditions& conditions,
+                        const Response& before, const std::vector<ModelParameter>& parameters,
+                        Response& response) const;
   bool is_law_of_joint(const std::vector<ModelParameter>& parameters) const;
   const Spring* own_spring(const ModelParameter& parameter) const;
   bool has_history_at(const JointPlace& place) const;
   Histories advanced(const EquilibriumResiduals& equilibrium, const Load& stated,
                      const Conditions& conditions, const ReadingErrors& errors,
                      const Histories& before) const;
-  Histories with_own(const Histories& of_others, const Histories& all) const;
+  void start_response(const CondensedState& without, const Response& before,
+                      Response& response) const;
   void find_change(const Linear& linear, const Case& at, const Response& before,
                    const ModelParameter& parameter, Eigen::Index column,
                    EquationChange& change) const;
@@ -127,9 +131,9 @@ class EffectModel {
   SharedMounts mounts_;
   std::vector<Effect> effects_;  // on the chains of `fixed_`
   EquilibriumOptions options_;
-  Manipulator fixed_;     // with the effects that are the same for all readings
-  std::uint64_t number_;  // another for each model; copies are the same
-  std::vector<std::size_t> varying_;
+  Manipulator fixed_;                 // with the effects that are the same for all readings
+  std::uint64_t number_;              // another for each model; copies are the same
+  std::vector<std::size_t> varying_;  // in the order in which they are applied
   std::vector<Effect> varying_effects_;
   Watch watch_;
   std::vector<std::size_t> chains_asked_;  // whose coordinates histories or the watch depend on

@@ -29,10 +29,11 @@ struct Step {
         crept_now(left * input.history[crept] +
                   (1 - left) * input.values[c] * (input.history[load] - input.history[weight])) {}
   // Derivatives by values and history.
-  Eigen::VectorXd gradient(const EffectInput& input) const {
+  using Gradient = Eigen::Matrix<double, inputs, 1>;
+  Gradient gradient(const EffectInput& input) const {
     const double t = input.values[tau], acts = input.history[load] - input.history[weight];
     const double left_by_tau = left * input.conditions.elapsed / (t * t);
-    Eigen::VectorXd by_input = Eigen::VectorXd::Zero(inputs);
+    Gradient by_input = Gradient::Zero();
     by_input[c] = (1 - left) * acts;
     by_input[tau] = left_by_tau * (input.history[crept] - input.values[c] * acts);
     by_input[before + crept] = left;
@@ -90,21 +91,21 @@ class Creep : public EffectKind {
   void differentiate(ChainColumns& columns, const std::string& joint,
                      const EffectInput& input) const override {
     if (settles(input)) return;
-    const Eigen::VectorXd gradient = Step(input).gradient(input);
+    const Step::Gradient gradient = Step(input).gradient(input);
     const Eigen::Index k = columns.state().chain.index_of(joint);
     for (Eigen::Index i = 0; i < inputs; ++i) columns.add_transmission_error(i, k, gradient[i]);
   }
 
   // The drive's force is a function of the deflection x - command - shift.
-  HistoryStep advance(const ChainState& state, const std::string& joint,
-                      const EffectInput& input) const override {
+  void advance(const ChainState& state, const std::string& joint, const EffectInput& input,
+               HistoryStep& step) const override {
     const Eigen::Index k = state.chain.index_of(joint);
     const double force = state.drive_force(k);
     const Step now(input);
     const bool starts = settles(input);
-    HistoryStep step(starts ? Eigen::Vector3d(0, force, force)
-                            : Eigen::Vector3d(now.crept_now, force, input.history[weight]),
-                     state.chain.size(), inputs);
+    step.start(starts ? Eigen::Vector3d(0, force, force)
+                      : Eigen::Vector3d(now.crept_now, force, input.history[weight]),
+               state.chain.size(), inputs);
     step.by_coordinates(load, k) = state.drive_stiffness(k);
     step.by_drive_force[load] = 1;
     if (starts) {
@@ -114,7 +115,6 @@ class Creep : public EffectKind {
       step.by_input.row(crept) = now.gradient(input).transpose();
       step.by_input(weight, before + weight) = 1;
     }
-    return step;
   }
 };
 

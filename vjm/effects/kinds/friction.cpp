@@ -173,23 +173,18 @@ class DryFriction : public EffectKind {
     columns.add_force(before + travel, at.joint, limit * at.z.slope / at.length);
   }
 
-  HistoryStep advance(const ChainState& state, const std::string& joint,
-                      const EffectInput& input) const override {
+  void advance(const ChainState& state, const std::string& joint, const EffectInput& input,
+               HistoryStep& step) const override {
     constexpr Eigen::Index inputs = before + 2;
     const Step at(state, joint, input);
-    if (settles(input)) {
-      HistoryStep step(Eigen::Vector2d(0, state.travel[at.joint]), state.chain.size(), inputs);
-      step.by_coordinates(travel, at.joint) = 1;
-      return step;
-    }
-    HistoryStep step(Eigen::Vector2d(at.z.value, state.travel[at.joint]), state.chain.size(),
-                     inputs);
-    step.by_coordinates(stretch, at.joint) = at.z.slope / at.length;
+    const double stretched = settles(input) ? 0 : at.z.value;
+    step.start(Eigen::Vector2d(stretched, state.travel[at.joint]), state.chain.size(), inputs);
     step.by_coordinates(travel, at.joint) = 1;
+    if (settles(input)) return;
+    step.by_coordinates(stretch, at.joint) = at.z.slope / at.length;
     step.by_input(stretch, presliding) = at.z.slope * at.by_length;
     step.by_input(stretch, before + stretch) = at.z.by_start;
     step.by_input(stretch, before + travel) = -at.z.slope / at.length;
-    return step;
   }
 
  protected:
