@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <utility>
@@ -265,15 +266,20 @@ void try_mirrored(const Translations& t, Slip& best) {
               best);
 }
 
-// Some of its readings, which are enough to see a pattern, and the postures that these need.
-Campaign thinned(const Campaign& campaign) {
-  constexpr std::size_t enough = 400;
-  const std::size_t stride = 1 + (campaign.readings.size() - 1) / enough;
+// Some of its readings, and the postures that these need: as evenly as multiples of the golden
+// ratio are, so that no step of a cycle is left out.
+Campaign thinned(const Campaign& campaign, std::size_t enough) {
+  const std::size_t all = campaign.readings.size();
+  std::set<std::size_t> kept;
+  for (std::size_t i = 0; i < enough && i < all; ++i) {
+    const double part = std::fmod(static_cast<double>(i) * std::numbers::phi, 1.0);
+    kept.insert(all <= enough ? i : static_cast<std::size_t>(part * static_cast<double>(all)));
+  }
   Campaign thin = campaign;
   thin.readings.clear();
   thin.configurations.clear();
   std::map<std::size_t, std::size_t> numbers;  // of configurations, by those that they had
-  for (std::size_t i = 0; i < campaign.readings.size(); i += stride) {
+  for (const std::size_t i : kept) {
     Reading& reading = thin.readings.emplace_back(campaign.readings[i]);
     const auto [at, is_new] = numbers.emplace(reading.configuration, thin.configurations.size());
     if (is_new) thin.configurations.push_back(campaign.configurations[reading.configuration]);
@@ -282,14 +288,18 @@ Campaign thinned(const Campaign& campaign) {
   return thin;
 }
 
-// A campaign that is changed, and what is left of it beside predictions of its own: over what the
-// same predictions leave of it as it is, in which a target or a zero was not fitted either.
-class Trial {
+// Some readings of a campaign that are changed, and what is left of them beside predictions of
+// their own: over what the same predictions leave of them as they are, in which a target or a zero
+// was not fitted either.
+class SomeReadings {
  public:
-  Trial(const vjm::Robot& robot, const Campaign& campaign, double before, int threads,
-        common::Progress& progress)
+  // Of the campaign, and the postures of the readings as they are.
+  using Change = std::function<void(Campaign&, const Predictor&)>;
+
+  SomeReadings(const vjm::Robot& robot, Campaign readings, double before, int threads,
+               common::Progress& progress)
       : robot_(robot),
-        campaign_(thinned(campaign)),
+        campaign_(std::move(readings)),
         threads_(threads),
         progress_(progress),
         as_it_is_(predictor_of(campaign_)) {
@@ -298,25 +308,18 @@ class Trial {
         as_it_is && *as_it_is > 0 ? before / *as_it_is : std::numeric_limits<double>::infinity();
   }
 
-  Trial(const Trial&) = delete;
-  Trial& operator=(const Trial&) = delete;
+  SomeReadings(const SomeReadings&) = delete;
+  SomeReadings& operator=(const SomeReadings&) = delete;
 
-  // Axes of the platform to base axes, one a reading.
-  std::vector<Matrix3> platform_axes() const {
-    std::vector<Matrix3> axes;
-    for (std::size_t i = 0; i < campaign_.readings.size(); ++i)
-      axes.push_back(as_it_is_.posture_of(i).platform.rotation());
-    return axes;
-  }
-
-  void run(std::string phrase, const std::function<void(Campaign&)>& change, Slip& best) const {
+  // None where the model fails, or a posture cannot be reached: it is not that.
+  std::optional<double> left_after(const Change& change) const {
     Campaign changed = campaign_;
-    change(changed);
+    change(changed, as_it_is_);
     try {
-      if (const std::optional<double> rest = left_of(predictor_of(changed), changed))
-        take_better({std::move(phrase), scale_ * *rest}, best);
+      const std::optional<double> rest = left_of(predictor_of(changed), changed);
+      return rest ? std::optional(scale_ * *rest) : std::nullopt;
     } catch (const common::InputError&) {
-      return;  // a posture that cannot be reached: it is not that
+      return std::nullopt;
     }
   }
 
@@ -337,6 +340,28 @@ class Trial {
   common::Progress& progress_;
   Predictor as_it_is_;
   double scale_ = 1;
+};
+
+// Changes that are tried on a few readings, and on many where these give hope.
+class Trial {
+ public:
+  Trial(const vjm::Robot& robot, const Campaign& campaign, double before, int threads,
+        common::Progress& progress)
+      : before_(before),
+        few_(robot, thinned(campaign, 40), before, threads, progress),
+        many_(robot, thinned(campaign, 400), before, threads, progress) {}
+
+  void run(std::string phrase, const SomeReadings::Change& change, Slip& best) const {
+    constexpr double slack = 3;  // of what few readings say
+    const std::optional<double> roughly = few_.left_after(change);
+    if (!roughly || *roughly > slack * std::min(most_left, better * before_)) return;
+    if (const std::optional<double> rest = many_.left_after(change))
+      take_better({std::move(phrase), *rest}, best);
+  }
+
+ private:
+  double before_;
+  SomeReadings few_, many_;
 };
 
 // By weights, which hang down whatever the columns say.
@@ -363,12 +388,12 @@ void read_in(const Matrix3& axes, vjm::Load& load) {
 // Wrenches and displacements that are in the axes of the platform, or wrenches in base axes, and
 // not those stated.
 void try_platform_axes(const Trial& trial, const Campaign& campaign, Slip& best) {
-  const std::vector<Matrix3> axes = trial.platform_axes();
   const auto with = [&](const char* phrase, const auto& turn) {
     trial.run(
         phrase,
-        [&](Campaign& changed) {
-          for (std::size_t i = 0; i < axes.size(); ++i) turn(axes[i], changed.readings[i]);
+        [&](Campaign& changed, const Predictor& as_it_is) {
+          for (std::size_t i = 0; i < changed.readings.size(); ++i)
+            turn(as_it_is.posture_of(i).platform.rotation(), changed.readings[i]);
         },
         best);
   };
@@ -401,7 +426,7 @@ void try_forces(const Trial& trial, const Campaign& campaign, Slip& best) {
     if (axes.moved() > 2) continue;
     trial.run(
         axes.phrase("f"),
-        [&axes](Campaign& changed) {
+        [&axes](Campaign& changed, const Predictor&) {
           for (Reading& reading : changed.readings) {
             const Vector3 read = force_read(reading.load);
             Vector3 meant;
@@ -435,7 +460,8 @@ void try_joint(const Trial& trial, const std::string& joint, const JointInTable&
                Slip& best) {
   const auto with = [&](const std::string& phrase, const std::function<double(double)>& change) {
     trial.run(
-        phrase, [&](Campaign& changed) { change_joint(changed, joint, change); }, best);
+        phrase, [&](Campaign& changed, const Predictor&) { change_joint(changed, joint, change); },
+        best);
   };
   with(fmt::format("'{}' counts the other way", in_table.column), [](double q) { return -q; });
   for (const int zero : {90, -90, 180})
@@ -455,7 +481,10 @@ void try_exchanged_joints(const Trial& trial, const Campaign& campaign,
     for (std::size_t b = 0; b < a; ++b)
       trial.run(
           fmt::format("'{}' and '{}' are exchanged", column(b), column(a)),
-          [&](Campaign& changed) { exchange_joints(changed, turning[a], turning[b]); }, best);
+          [&](Campaign& changed, const Predictor&) {
+            exchange_joints(changed, turning[a], turning[b]);
+          },
+          best);
 }
 
 void try_units_of_joints(const Trial& trial, const std::vector<std::string>& turning, Slip& best) {
@@ -463,7 +492,7 @@ void try_units_of_joints(const Trial& trial, const std::vector<std::string>& tur
   for (const auto& [factor, unit] : other_units)
     trial.run(
         fmt::format("the joints are in {}", unit),
-        [&turning, factor = factor](Campaign& changed) {
+        [&turning, factor = factor](Campaign& changed, const Predictor&) {
           for (const std::string& joint : turning)
             change_joint(changed, joint, [factor](double q) { return factor * q; });
         },
