@@ -223,7 +223,9 @@ MatrixXd memory(const std::vector<Track>& tracks, DisplacementKind displacement,
 FreeForm::Spectrum FreeForm::spectrum(const MatrixXd& root, const ResidualSpace& space) {
   if (root.cols() == 0) return {};
   const MatrixXd left = space.left_of(root);
-  spatial::SymmetricEigen eigen = spatial::symmetric_eigen(left.transpose() * left);
+  MatrixXd gram = MatrixXd::Zero(left.cols(), left.cols());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(left.transpose());
+  spatial::SymmetricEigen eigen = spatial::symmetric_eigen(gram);
   return {std::move(eigen.values),
           eigen.vectors.transpose() * (left.transpose() * space.residual())};
 }

@@ -38,7 +38,11 @@ ResidualSpace::ResidualSpace(const VectorXd& residual, const MatrixXd& fitted)
 
 MatrixXd ResidualSpace::left_of(const MatrixXd& columns) const {
   MatrixXd left = columns - basis_ * (basis_.transpose() * columns);
-  return left - basis_ * (basis_.transpose() * left);  // once more, against rounding
+  // Of what loses most of its length, once more against rounding: Kahan's "twice is enough".
+  constexpr double most = 1e-4;  // of the square
+  if ((left.colwise().squaredNorm().array() > most * columns.colwise().squaredNorm().array()).all())
+    return left;
+  return left - basis_ * (basis_.transpose() * left);
 }
 
 Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatures)
