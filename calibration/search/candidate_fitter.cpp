@@ -49,6 +49,13 @@ double share_of_bend(const vjm::Effect& effect, const VectorXd& change, const Ma
 
 constexpr double straight = 0.02;  // share of bend of what only grows with its size
 
+// Whether two signatures are the same to rounding.
+bool are_equal(const Signature& a, const Signature& b) {
+  constexpr double rounding = 1e-9;
+  return a.columns.cols() == b.columns.cols() &&
+         (a.columns - b.columns).norm() <= rounding * a.columns.norm();
+}
+
 // Whether the last two signatures of a law, each at a fifth of the size before, point so nearly the
 // same way that the next will do so, too: it turns by a fifth as much again, or by a third where
 // corners are narrow.
@@ -520,7 +527,8 @@ std::optional<CandidateFitter::Look> CandidateFitter::first_look(
 
 void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate& candidate,
                                      std::vector<Candidate> added, const FittedModel& beside,
-                                     Signatures& signatures, common::Progress& progress) const {
+                                     Signatures& signatures, std::vector<std::size_t>& firsts,
+                                     common::Progress& progress) const {
   const std::vector<TriedSizes> all = sizes_of(*candidate.effect.kind);
   // A signature that only grows with its size is the same direction at every size.
   const bool may_only_grow = std::all_of(
@@ -540,6 +548,14 @@ void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate
       }
       if (!look) signatures.failure = "the model with it has no equilibrium for some reading";
       if (!look || !look->signature.columns.allFinite()) continue;
+      if (&sizes == all.data() && first == signatures.all.size()) {
+        // A design that looks like another one at first, as weight does that is none, goes on so.
+        if (std::any_of(firsts.begin(), firsts.end(), [&](std::size_t other) {
+              return are_equal(signatures.all[other], look->signature);
+            }))
+          return;
+        firsts.push_back(first);
+      }
       signatures.all.push_back(std::move(look->signature));
       signatures.starts.push_back(added.back());
       if (look->bend < straight) return;
@@ -576,11 +592,12 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
   }
   const std::vector<Candidate> designs = designs_beside(candidate, beside.present());
   if (designs.empty()) signatures.failure = "each of its orders is in the model already";
+  std::vector<std::size_t> firsts;
   for (const Candidate& design : designs) {
     std::vector<Candidate> added = beside.present();
     added.push_back(design);
     add_signatures(predictor_.with_effects(effects_with(robot_, added), 1), design, added, beside,
-                   signatures, progress);
+                   signatures, firsts, progress);
   }
   if (!signatures.all.empty()) signatures.failure.clear();
   signatures.drop_repetitions();

@@ -174,10 +174,12 @@ class CandidateFitter {
   std::optional<Look> first_look(const Predictor& predictor, std::vector<Candidate>& added,
                                  const Candidate& candidate, bool for_direction,
                                  const FittedModel& beside, common::Progress& progress) const;
-  // Adds the signatures of one design, in the place of the last candidate.
+  // Adds the signatures of one design, in the place of the last candidate. `firsts`: which are
+  // those that designs were looked at first.
   void add_signatures(const Predictor& predictor, const Candidate& candidate,
                       std::vector<Candidate> added, const FittedModel& beside,
-                      Signatures& signatures, common::Progress& progress) const;
+                      Signatures& signatures, std::vector<std::size_t>& firsts,
+                      common::Progress& progress) const;
 
   Candidate resolved(Candidate candidate) const;
 
