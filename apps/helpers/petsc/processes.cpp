@@ -16,6 +16,12 @@ void in_pieces(unsigned long long size, const Work& work) {
     work(first, static_cast<int>(std::min(at_once, size - first)));
 }
 
+// What PETSc said of the error that came first.
+std::string& first_error() {
+  static std::string said;
+  return said;
+}
+
 double reduced(double value, MPI_Op operation) {
   double result = 0;
   MPI_Allreduce(&value, &result, 1, MPI_DOUBLE, operation, PETSC_COMM_WORLD);
@@ -24,12 +30,24 @@ double reduced(double value, MPI_Op operation) {
 
 }  // namespace
 
+void keep_first_error() {
+  PetscPushErrorHandler(
+      [](MPI_Comm, int, const char* function, const char*, PetscErrorCode code, PetscErrorType type,
+         const char* text, void*) {
+        if (type == PETSC_ERROR_INITIAL)
+          first_error() = std::string(function) + ": " + (text == nullptr ? "" : text);
+        return code;
+      },
+      nullptr);
+}
+
 void check(PetscErrorCode code) {
   if (code == 0) return;
   if (code == PETSC_ERR_MEM) throw std::bad_alloc();
   const char* text = nullptr;
   PetscErrorMessage(code, &text, nullptr);
-  throw std::runtime_error(text == nullptr ? "unknown error" : text);
+  const std::string kind = text == nullptr ? "error " + std::to_string(code) : text;
+  throw std::runtime_error(kind + ", " + first_error());
 }
 
 int rank() {

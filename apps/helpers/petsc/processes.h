@@ -6,6 +6,8 @@
 
 namespace kinetostat::petsc {
 
+/// From now on PETSc's errors are returned, and what it says of the first is kept for check().
+void keep_first_error();
 /// Throws std::bad_alloc, or std::runtime_error with PETSc's words.
 void check(PetscErrorCode code);
 
