@@ -104,6 +104,14 @@ void make_orthonormal(Vec (&modes)[6]) {
   }
 }
 
+// Takes them.
+MatNullSpace space_of(Vec (&modes)[6]) {
+  MatNullSpace space = nullptr;
+  check(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 6, modes, &space));
+  for (Vec& mode : modes) check(VecDestroy(&mode));
+  return space;
+}
+
 }  // namespace
 
 Mat stiffness_of(const TetMesh& mesh, const std::vector<fea::Material>& materials,
@@ -171,11 +179,40 @@ void know_rigid_motions(Mat matrix, const TetMesh& mesh, const DofMap& unknowns,
     set(unknowns.body_block(b) + 1, rotation);
   }
   make_orthonormal(modes);
-  MatNullSpace space = nullptr;
-  check(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 6, modes, &space));
+  MatNullSpace space = space_of(modes);
   check(MatSetNearNullSpace(matrix, space));
   check(MatNullSpaceDestroy(&space));
-  for (Vec& mode : modes) check(VecDestroy(&mode));
+}
+
+RowsOfBodies rows_of_bodies(Mat matrix, const BlockNumbers& numbers) {
+  std::vector<PetscInt> of_bodies;
+  for (const int block : numbers.of_bodies)
+    for (int i = 0; i < 6 && numbers.is_own(block); ++i) of_bodies.push_back(3 * block + i);
+  PetscInt first = 0, end = 0;
+  check(MatGetOwnershipRange(matrix, &first, &end));
+  RowsOfBodies rows;
+  check(ISCreateGeneral(PETSC_COMM_WORLD, static_cast<PetscInt>(of_bodies.size()), of_bodies.data(),
+                        PETSC_COPY_VALUES, &rows.bodies));
+  check(ISComplement(rows.bodies, first, end, &rows.nodes));
+  for (IS some : {rows.bodies, rows.nodes}) check(ISSetBlockSize(some, 3));
+  MatNullSpace all = nullptr;
+  const Vec* motions = nullptr;
+  check(MatGetNearNullSpace(matrix, &all));
+  check(MatNullSpaceGetVecs(all, nullptr, nullptr, &motions));
+  Vec modes[6];
+  for (int k = 0; k < 6; ++k) {
+    Vec some = nullptr;
+    check(VecGetSubVector(motions[k], rows.nodes, &some));
+    check(VecDuplicate(some, &modes[k]));
+    check(VecCopy(some, modes[k]));
+    check(VecRestoreSubVector(motions[k], rows.nodes, &some));
+  }
+  make_orthonormal(modes);
+  MatNullSpace space = space_of(modes);
+  check(PetscObjectCompose(reinterpret_cast<PetscObject>(rows.nodes), "nearnullspace",
+                           reinterpret_cast<PetscObject>(space)));
+  check(MatNullSpaceDestroy(&space));
+  return rows;
 }
 
 }  // namespace kinetostat::petsc

@@ -21,4 +21,11 @@ Mat prolongation_of(const fea::ModelPart& part, const fea::DofMap& corners);
 void know_rigid_motions(Mat matrix, const fea::TetMesh& mesh, const fea::DofMap& unknowns,
                         const fea::BlockNumbers& numbers);
 
+/// The own rows of a matrix that are of reference bodies, and the others, which know the rigid
+/// motions that the matrix knows.
+struct RowsOfBodies {
+  IS bodies = nullptr, nodes = nullptr;
+};
+RowsOfBodies rows_of_bodies(Mat matrix, const fea::BlockNumbers& numbers);
+
 }  // namespace kinetostat::petsc

@@ -1,5 +1,6 @@
 #include "kinetostat/apps/helpers/petsc/multigrid.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "kinetostat/apps/helpers/petsc/matrices.h"
@@ -12,14 +13,58 @@ namespace {
 
 constexpr int most_iterations = 200;
 
-KSP make_solver(Mat fine, Mat coarse, Mat prolongation, double tolerance) {
+// Whether rows are longer than PETSc's aggregation reads (MatCreateGraph in 3.18): a reference body
+// is coupled to all corners about its interface.
+bool has_long_rows(Mat matrix, const fea::BlockNumbers& numbers) {
+  constexpr PetscInt longest = 4096;
+  PetscInt most = 0;
+  for (const int block : numbers.of_bodies) {
+    if (!numbers.is_own(block)) continue;
+    PetscInt entries = 0;
+    check(MatGetRow(matrix, 3 * block, &entries, nullptr, nullptr));
+    most = std::max(most, entries);
+    check(MatRestoreRow(matrix, 3 * block, &entries, nullptr, nullptr));
+  }
+  return largest_of_all(most) > longest;
+}
+
+// Aggregation of the corners; where rows are too long for it, of all but the reference bodies,
+// which are solved for before and after.
+void set_coarse_solver(Mat coarse, const fea::BlockNumbers& numbers, KSP below) {
+  constexpr const char* levels =
+      "-mg_coarse_mg_levels_ksp_type chebyshev -mg_coarse_mg_levels_pc_type jacobi "
+      "-mg_coarse_mg_levels_ksp_max_it 3 "
+      "-mg_coarse_fieldsplit_nodes_mg_levels_ksp_type chebyshev "
+      "-mg_coarse_fieldsplit_nodes_mg_levels_pc_type jacobi "
+      "-mg_coarse_fieldsplit_nodes_mg_levels_ksp_max_it 3 "
+      "-mg_coarse_fieldsplit_nodes_ksp_type preonly -mg_coarse_fieldsplit_nodes_pc_type gamg "
+      "-mg_coarse_fieldsplit_bodies_ksp_type preonly "
+      "-mg_coarse_fieldsplit_bodies_pc_type redundant";
+  check(PetscOptionsInsertString(nullptr, levels));
+  check(KSPSetOperators(below, coarse, coarse));
+  check(KSPSetType(below, KSPPREONLY));
+  PC corners = nullptr;
+  check(KSPGetPC(below, &corners));
+  if (!has_long_rows(coarse, numbers)) {
+    check(PCSetType(corners, PCGAMG));
+    return;
+  }
+  check(PCSetType(corners, PCFIELDSPLIT));
+  check(PCFieldSplitSetType(corners, PC_COMPOSITE_SCHUR));
+  check(PCFieldSplitSetSchurFactType(corners, PC_FIELDSPLIT_SCHUR_FACT_FULL));
+  check(PCFieldSplitSetSchurPre(corners, PC_FIELDSPLIT_SCHUR_PRE_FULL, nullptr));
+  RowsOfBodies rows = rows_of_bodies(coarse, numbers);
+  check(PCFieldSplitSetIS(corners, "nodes", rows.nodes));
+  check(PCFieldSplitSetIS(corners, "bodies", rows.bodies));
+  for (IS* some : {&rows.bodies, &rows.nodes}) check(ISDestroy(some));
+}
+
+KSP make_solver(Mat fine, Mat coarse, Mat prolongation, const fea::BlockNumbers& numbers,
+                double tolerance) {
   // The largest eigenvalue by conjugate gradients: GMRES, the default, would keep ten vectors.
   constexpr const char* options =
       "-mg_levels_ksp_type chebyshev -mg_levels_pc_type pbjacobi -mg_levels_ksp_max_it 3 "
-      "-mg_levels_esteig_ksp_type cg "
-      "-mg_coarse_ksp_type preonly -mg_coarse_pc_type gamg "
-      "-mg_coarse_mg_levels_ksp_type chebyshev -mg_coarse_mg_levels_pc_type jacobi "
-      "-mg_coarse_mg_levels_ksp_max_it 3";
+      "-mg_levels_esteig_ksp_type cg";
   check(PetscOptionsInsertString(nullptr, options));
   KSP solver = nullptr;
   PC multigrid = nullptr;
@@ -35,7 +80,7 @@ KSP make_solver(Mat fine, Mat coarse, Mat prolongation, double tolerance) {
   check(PCMGSetInterpolation(multigrid, 1, prolongation));
   KSP below = nullptr;
   check(PCMGGetCoarseSolve(multigrid, &below));
-  check(KSPSetOperators(below, coarse, coarse));
+  set_coarse_solver(coarse, numbers, below);
   check(KSPSetFromOptions(solver));
   check(KSPSetUp(solver));
   return solver;
@@ -44,6 +89,7 @@ KSP make_solver(Mat fine, Mat coarse, Mat prolongation, double tolerance) {
 }  // namespace
 
 Multigrid::Multigrid(ModelShare& share, double tolerance) {
+  const fea::BlockNumbers numbers = share.part.corners;
   {
     const fea::ModelPart part = std::move(share.part);
     const fea::P1CoarseSpace corners = p1_coarse_space(part.mesh, part.unknowns);
@@ -54,7 +100,7 @@ Multigrid::Multigrid(ModelShare& share, double tolerance) {
     fine_ = stiffness_of(part.mesh, share.materials, part.unknowns, part.fine, MATBAIJ);
   }
   common::give_back_free_memory();  // now that the mesh is gone
-  solver_ = make_solver(fine_, coarse_, prolongation_, tolerance);
+  solver_ = make_solver(fine_, coarse_, prolongation_, numbers, tolerance);
 }
 
 Multigrid::~Multigrid() {

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -43,6 +44,24 @@ class Petsc : public testing::Test {
     if (const std::size_t fixed = text.find("fixed:"); fixed != std::string::npos)
       text.insert(text.find('{', fixed) + 1, "coupling: " + coupling + ", ");
     std::ofstream(working_folder() / "petsc.yaml") << text;
+  }
+
+  // A square plate as ASCII STL [mm].
+  static std::string plate(double side, double thickness) {
+    constexpr int corners[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                    {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                    {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    std::ostringstream stl;
+    stl << "solid plate\n";
+    for (const auto& triangle : corners) {
+      stl << "facet normal 0 0 0\nouter loop\n";
+      for (const int c : triangle)
+        stl << "vertex " << side * (c & 1) << ' ' << side * (c >> 1 & 1) << ' '
+            << thickness * (c >> 2) << '\n';
+      stl << "endloop\nendfacet\n";
+    }
+    stl << "endsolid plate\n";
+    return stl.str();
   }
 
   static io::Json identified(const std::string& options) {
@@ -129,6 +148,21 @@ TEST_F(PetscProcesses, DivideTheModelAmongThem) {
   EXPECT_EQ(peak(one, "memory_helper"), peak(one, "memory_helper_largest"));
   EXPECT_LT(peak(four, "memory_helper_largest"), 0.5 * peak(four, "memory_helper"));
   expect_agreement(four, one);
+}
+
+// The corners about it are more than PETSc's aggregation takes in one row.
+TEST_F(PetscProcesses, AgreeOnAReferenceBodyOnALargeInterface) {
+  std::string text = io::read_text(working_folder() / "meshes/test_bar.yaml");
+  text.replace(text.find("test_bar.stl"), 12, "petsc_plate.stl");
+  text.replace(text.find("[0, 0, 0], normal: [-1, 0, 0]"), 29, "[0, 0, 0], normal: [0, 0, -1]");
+  text.replace(text.find("[310, 0, 0], normal: [1, 0, 0]"), 30, "[0, 0, 6], normal: [0, 0, 1]");
+  text.replace(text.find("point: [310, 0, 0], coupling"), 28, "point: [30, 30, 6], coupling");
+  text.replace(text.find("size: 3"), 7, "size: 2.6");
+  std::ofstream(working_folder() / "petsc.yaml") << text;
+  std::ofstream(working_folder() / "petsc_plate.stl") << plate(60, 6);
+  const io::Json direct = identified("--solver direct");
+  expect_agreement(identified("--solver petsc"), direct);
+  expect_agreement(identified("--solver petsc --processes 3"), direct);
 }
 
 TEST_F(Petsc, SaysWhichLauncherIsMissing) {
