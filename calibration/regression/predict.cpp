@@ -615,7 +615,8 @@ void Predictor::enter(const Run& run, std::size_t index, Scratch& scratch,
   const Reading& reading = campaign_.readings[index];
   const CaseResult& result = scratch.result;
   if (!result.failure.empty()) return;
-  auto& [loaded, of_case, sensors, each, derivatives] = scratch;
+  std::vector<SensorReading>&sensors = scratch.sensors, &each = scratch.each;
+  Eigen::MatrixXd& derivatives = scratch.derivatives;
   sensors = result.sensors;
   // Each by itself, where one is taken off another.
   if (std::any_of(campaign_.sensors.begin(), campaign_.sensors.end(),

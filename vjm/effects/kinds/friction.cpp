@@ -30,7 +30,7 @@ bool is_gradual(const Eigen::VectorXd& values) { return values[gradual] > 0.5; }
 // Share z of the force that acts after a movement u over the presliding length, and its derivatives
 // by u and by the share before.
 struct Bristles {
-  double value, slope, by_start;
+  double value = 0, slope = 0, by_start = 0;
 
   Bristles(bool is_gradual, double start, double u) {
     if (is_gradual)
