@@ -615,7 +615,8 @@ void Predictor::enter(const Run& run, std::size_t index, Scratch& scratch,
   const Reading& reading = campaign_.readings[index];
   const CaseResult& result = scratch.result;
   if (!result.failure.empty()) return;
-  std::vector<SensorReading>&sensors = scratch.sensors, &each = scratch.each;
+  std::vector<SensorReading>& sensors = scratch.sensors;
+  std::vector<SensorReading>& each = scratch.each;
   Eigen::MatrixXd& derivatives = scratch.derivatives;
   sensors = result.sensors;
   // Each by itself, where one is taken off another.
