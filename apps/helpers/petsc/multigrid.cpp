@@ -1,6 +1,8 @@
 #include "kinetostat/apps/helpers/petsc/multigrid.h"
 
 #include <algorithm>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "kinetostat/apps/helpers/petsc/matrices.h"
@@ -29,37 +31,30 @@ bool has_long_rows(Mat matrix, const fea::BlockNumbers& numbers) {
 }
 
 // Aggregation of the corners; where rows are too long for it, of all but the reference bodies,
-// which are solved for before and after.
-void set_coarse_solver(Mat coarse, const fea::BlockNumbers& numbers, KSP below) {
-  constexpr const char* levels =
-      "-mg_coarse_mg_levels_ksp_type chebyshev -mg_coarse_mg_levels_pc_type jacobi "
-      "-mg_coarse_mg_levels_ksp_max_it 3 "
-      "-mg_coarse_fieldsplit_nodes_mg_levels_ksp_type chebyshev "
-      "-mg_coarse_fieldsplit_nodes_mg_levels_pc_type jacobi "
-      "-mg_coarse_fieldsplit_nodes_mg_levels_ksp_max_it 3 "
-      "-mg_coarse_fieldsplit_nodes_ksp_type preonly -mg_coarse_fieldsplit_nodes_pc_type gamg "
-      "-mg_coarse_fieldsplit_bodies_ksp_type preonly "
-      "-mg_coarse_fieldsplit_bodies_pc_type redundant";
-  check(PetscOptionsInsertString(nullptr, levels));
+// which are eliminated. `bodies`: those rows, which this takes, or nothing.
+void set_coarse_solver(Mat coarse, std::optional<RowsOfBodies> bodies, KSP below) {
+  const std::string of = bodies ? "-mg_coarse_fieldsplit_nodes_" : "-mg_coarse_";
+  const std::string options = "-mg_coarse_ksp_type preonly " + of + "ksp_type preonly " + of +
+                              "pc_type gamg " + of + "mg_levels_ksp_type chebyshev " + of +
+                              "mg_levels_pc_type jacobi " + of +
+                              "mg_levels_ksp_max_it 3 "
+                              "-mg_coarse_fieldsplit_bodies_ksp_type preonly "
+                              "-mg_coarse_fieldsplit_bodies_pc_type redundant";
+  check(PetscOptionsInsertString(nullptr, options.c_str()));
   check(KSPSetOperators(below, coarse, coarse));
-  check(KSPSetType(below, KSPPREONLY));
+  if (!bodies) return;
   PC corners = nullptr;
   check(KSPGetPC(below, &corners));
-  if (!has_long_rows(coarse, numbers)) {
-    check(PCSetType(corners, PCGAMG));
-    return;
-  }
   check(PCSetType(corners, PCFIELDSPLIT));
   check(PCFieldSplitSetType(corners, PC_COMPOSITE_SCHUR));
   check(PCFieldSplitSetSchurFactType(corners, PC_FIELDSPLIT_SCHUR_FACT_FULL));
   check(PCFieldSplitSetSchurPre(corners, PC_FIELDSPLIT_SCHUR_PRE_FULL, nullptr));
-  RowsOfBodies rows = rows_of_bodies(coarse, numbers);
-  check(PCFieldSplitSetIS(corners, "nodes", rows.nodes));
-  check(PCFieldSplitSetIS(corners, "bodies", rows.bodies));
-  for (IS* some : {&rows.bodies, &rows.nodes}) check(ISDestroy(some));
+  check(PCFieldSplitSetIS(corners, "nodes", bodies->nodes));
+  check(PCFieldSplitSetIS(corners, "bodies", bodies->bodies));
+  for (IS* rows : {&bodies->bodies, &bodies->nodes}) check(ISDestroy(rows));
 }
 
-KSP make_solver(Mat fine, Mat coarse, Mat prolongation, const fea::BlockNumbers& numbers,
+KSP make_solver(Mat fine, Mat coarse, Mat prolongation, const std::optional<RowsOfBodies>& bodies,
                 double tolerance) {
   // The largest eigenvalue by conjugate gradients: GMRES, the default, would keep ten vectors.
   constexpr const char* options =
@@ -80,7 +75,7 @@ KSP make_solver(Mat fine, Mat coarse, Mat prolongation, const fea::BlockNumbers&
   check(PCMGSetInterpolation(multigrid, 1, prolongation));
   KSP below = nullptr;
   check(PCMGGetCoarseSolve(multigrid, &below));
-  set_coarse_solver(coarse, numbers, below);
+  set_coarse_solver(coarse, bodies, below);
   check(KSPSetFromOptions(solver));
   check(KSPSetUp(solver));
   return solver;
@@ -89,7 +84,7 @@ KSP make_solver(Mat fine, Mat coarse, Mat prolongation, const fea::BlockNumbers&
 }  // namespace
 
 Multigrid::Multigrid(ModelShare& share, double tolerance) {
-  const fea::BlockNumbers numbers = share.part.corners;
+  std::optional<RowsOfBodies> bodies;  // where they are to be eliminated
   {
     const fea::ModelPart part = std::move(share.part);
     const fea::P1CoarseSpace corners = p1_coarse_space(part.mesh, part.unknowns);
@@ -97,10 +92,11 @@ Multigrid::Multigrid(ModelShare& share, double tolerance) {
     coarse_ = stiffness_of(corners.mesh, share.materials, corners.unknowns, part.corners, MATAIJ);
     check(MatSetOption(coarse_, MAT_SPD, PETSC_TRUE));
     know_rigid_motions(coarse_, corners.mesh, corners.unknowns, part.corners);
+    if (has_long_rows(coarse_, part.corners)) bodies = rows_of_bodies(coarse_, part.corners);
     fine_ = stiffness_of(part.mesh, share.materials, part.unknowns, part.fine, MATBAIJ);
   }
   common::give_back_free_memory();  // now that the mesh is gone
-  solver_ = make_solver(fine_, coarse_, prolongation_, numbers, tolerance);
+  solver_ = make_solver(fine_, coarse_, prolongation_, bodies, tolerance);
 }
 
 Multigrid::~Multigrid() {

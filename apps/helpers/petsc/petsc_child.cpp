@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
   if (argc != 4) return fea::petsc::exit_bad_request;
   int none = 1;
   if (PetscInitialize(&none, &argv, nullptr, nullptr) != 0) return EXIT_FAILURE;
-  keep_first_error();
+  keep_what_is_said();
   int code = EXIT_FAILURE;
   try {
     const fea::OneBlasThread beside_the_other_processes;

@@ -16,8 +16,8 @@ void in_pieces(unsigned long long size, const Work& work) {
     work(first, static_cast<int>(std::min(at_once, size - first)));
 }
 
-// What PETSc said of the error that came first.
-std::string& first_error() {
+// What PETSc said where an error started.
+std::string& said_of_error() {
   static std::string said;
   return said;
 }
@@ -30,12 +30,12 @@ double reduced(double value, MPI_Op operation) {
 
 }  // namespace
 
-void keep_first_error() {
+void keep_what_is_said() {
   PetscPushErrorHandler(
       [](MPI_Comm, int, const char* function, const char*, PetscErrorCode code, PetscErrorType type,
          const char* text, void*) {
         if (type == PETSC_ERROR_INITIAL)
-          first_error() = std::string(function) + ": " + (text == nullptr ? "" : text);
+          said_of_error() = std::string(function) + ": " + (text == nullptr ? "" : text);
         return code;
       },
       nullptr);
@@ -47,7 +47,7 @@ void check(PetscErrorCode code) {
   const char* text = nullptr;
   PetscErrorMessage(code, &text, nullptr);
   const std::string kind = text == nullptr ? "error " + std::to_string(code) : text;
-  throw std::runtime_error(kind + ", " + first_error());
+  throw std::runtime_error(kind + (said_of_error().empty() ? "" : ", " + said_of_error()));
 }
 
 int rank() {

@@ -6,8 +6,8 @@
 
 namespace kinetostat::petsc {
 
-/// From now on PETSc's errors are returned, and what it says of the first is kept for check().
-void keep_first_error();
+/// From now on PETSc's errors are returned, and what it says where one starts is kept for check().
+void keep_what_is_said();
 /// Throws std::bad_alloc, or std::runtime_error with PETSc's words.
 void check(PetscErrorCode code);
 
