@@ -539,7 +539,8 @@ void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate
     for (const auto& [leading, others] : sizes) {
       if (has_settled(std::span(signatures.all).subspan(first))) break;
       std::optional<Look> look;
-      if (!growth) {
+      const bool is_first = !growth;
+      if (is_first) {
         look = first_look(predictor, added, candidate, may_only_grow, beside, progress);
         growth = look ? look->signature.growth[0] : 1;
       } else {
@@ -548,7 +549,7 @@ void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate
       }
       if (!look) signatures.failure = "the model with it has no equilibrium for some reading";
       if (!look || !look->signature.columns.allFinite()) continue;
-      if (&sizes == all.data() && first == signatures.all.size()) {
+      if (is_first) {
         // A design that looks like another one at first, as weight does that is none, goes on so.
         if (std::any_of(firsts.begin(), firsts.end(), [&](std::size_t other) {
               return are_equal(signatures.all[other], look->signature);
