@@ -1,8 +1,6 @@
 // Frames that are led along the joints of a chain, in every lane its own. Internal to this module.
 #pragma once
 
-#include <cmath>
-
 #include "kinetostat/spatial/linear_algebra.h"
 #include "kinetostat/vjm/batches/lanes.h"
 
@@ -34,11 +32,8 @@ inline void lead(const Matrix3Lanes& from, const Vector3Lanes& origin,
 
 /// Turns a frame about an axis of its own, 0 to 2: only the two other columns change.
 inline void turn(int axis, Lanes angle, Matrix3Lanes& r) {
-  Lanes c, s;
-  for (int lane = 0; lane < lane_count; ++lane) {
-    c.set(lane, std::cos(angle[lane]));
-    s.set(lane, std::sin(angle[lane]));
-  }
+  Lanes s, c;
+  sine_and_cosine(angle, s, c);
   const int a = (axis + 1) % 3, b = (axis + 2) % 3;
   for (int i = 0; i < 3; ++i) {
     const Lanes u = r(i, a), v = r(i, b);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -66,6 +67,7 @@ class alignas(lane_count * sizeof(double)) Lanes {
   friend Lanes max(Lanes a, Lanes b) { return chosen(a > b, a, b); }
   friend Lanes min(Lanes a, Lanes b) { return chosen(a < b, a, b); }
   friend Lanes abs(Lanes a) { return max(a, -a); }
+  const Vector& vector() const { return value_; }
 
  private:
   Vector value_;
@@ -80,6 +82,57 @@ inline Lanes lane_by_lane(Lanes a, const Function& function) {
 }
 inline Lanes sqrt(Lanes a) {
   return lane_by_lane(a, [](double x) { return std::sqrt(x); });
+}
+
+/// The highest power first.
+template <std::size_t count>
+inline Lanes polynomial(Lanes x, const double (&coefficients)[count]) {
+  Lanes sum(coefficients[0]);
+  for (std::size_t i = 1; i < count; ++i) sum = sum * x + coefficients[i];
+  return sum;
+}
+
+/// Of angles of at most an eighth of a turn, to a unit of the last digit: the polynomials of the
+/// Cephes library (Moshier 1989).
+inline Lanes sine_of_small(Lanes x) {
+  const Lanes z = x * x;
+  return x + x * z *
+                 polynomial(z, {1.58962301576546568060e-10, -2.50507477628578072866e-8,
+                                2.75573136213857245213e-6, -1.98412698295895385996e-4,
+                                8.33333333332211858878e-3, -1.66666666666666307295e-1});
+}
+inline Lanes cosine_of_small(Lanes x) {
+  const Lanes z = x * x;
+  return 1.0 - 0.5 * z +
+         z * z *
+             polynomial(z, {-1.13585365213876817300e-11, 2.08757008419747316778e-9,
+                            -2.75573141792967388112e-7, 2.48015872888517045348e-5,
+                            -1.38888888888730564116e-3, 4.16666666666665929218e-2});
+}
+
+/// Sine and cosine, to two units of the last digit of 1. Quarter turns are taken off in three
+/// pieces, so that what is left is exact (Cody and Waite 1980).
+inline void sine_and_cosine(Lanes angle, Lanes& sine, Lanes& cosine) {
+  constexpr double per_radian = 0.63661977236758134308, to_whole = 0x1.8p52;
+  constexpr double quarter[3] = {1.57079625129699707031, 7.54978941586159635335e-8,
+                                 5.39030285815811905290e-15};
+  const Lanes shifted = angle * per_radian + to_whole, quarters = shifted - to_whole;
+  const Lanes left = angle - quarters * quarter[0] - quarters * quarter[1] - quarters * quarter[2];
+  const auto count = std::bit_cast<LaneMask::Vector>(shifted.vector());  // in its last two digits
+  const LaneMask is_odd(-(count & 1));
+  const Lanes s = sine_of_small(left), c = cosine_of_small(left);
+  const auto turned = [](Lanes value, LaneMask::Vector halves) {
+    const auto digits = std::bit_cast<LaneMask::Vector>(value.vector());
+    return Lanes(std::bit_cast<Lanes::Vector>(digits ^ ((halves & 2) << 62)));
+  };
+  sine = turned(Lanes::chosen(is_odd, c, s), count);
+  cosine = turned(Lanes::chosen(is_odd, s, c), count + 1);
+  const LaneMask is_far = abs(angle) > 1e6;  // where the pieces are no longer exact
+  for (int lane = 0; is_far.any() && lane < lane_count; ++lane) {
+    if (!is_far[lane]) continue;
+    sine.set(lane, std::sin(angle[lane]));
+    cosine.set(lane, std::cos(angle[lane]));
+  }
 }
 
 /// A matrix of lanes. They know their own alignment, which is more than Eigen may know of.

@@ -1,5 +1,7 @@
 // Postures and stiffnesses of many poses together against each pose alone.
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -113,6 +115,31 @@ TEST(Lanes, AreNumbersToTheLastBit) {
     EXPECT_EQ(narrow[lane], alone);
     EXPECT_EQ(wide[lane], alone);
   }
+}
+
+// Beside the library's, over all quarters, at their ends and far out, one lane beside another.
+TEST(Lanes, HaveSineAndCosine) {
+  constexpr double quarter = 1.5707963267948966, digit = std::numeric_limits<double>::epsilon();
+  double largest = 0;
+  for (int i = -4000; i <= 4000; ++i) {
+    const double angles[lane_count] = {i * quarter / 400, i * quarter, i * 1e-11, i * 12345.678};
+    Lanes x, sine, cosine, wide_sine, wide_cosine;
+    for (int lane = 0; lane < lane_count; ++lane) x.set(lane, angles[lane]);
+    in_narrow_lanes([&] { sine_and_cosine(x, sine, cosine); });
+    in_lanes([&] { sine_and_cosine(x, wide_sine, wide_cosine); });
+    for (int lane = 0; lane < lane_count; ++lane) {
+      largest = std::max({largest, std::abs(sine[lane] - std::sin(angles[lane])),
+                          std::abs(cosine[lane] - std::cos(angles[lane]))});
+      EXPECT_EQ(sine[lane], wide_sine[lane]);
+      EXPECT_EQ(cosine[lane], wide_cosine[lane]);
+    }
+  }
+  EXPECT_LE(largest, 2 * digit);
+  Lanes small(1e-300), far(INFINITY), sine, cosine;
+  sine_and_cosine(small, sine, cosine);
+  EXPECT_EQ(sine[0], 1e-300);
+  sine_and_cosine(far, sine, cosine);
+  EXPECT_TRUE(std::isnan(sine[0]) && std::isnan(cosine[0]));
 }
 
 }  // namespace
