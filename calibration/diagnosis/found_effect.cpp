@@ -85,8 +85,7 @@ double law_error_like(const std::vector<FoundEffect>& found, const DiagnosisStep
 }
 
 Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
-  if (step.max_score.p_value > significance_level || step.indistinguishable.empty())
-    return Finding::nothing;
+  if (!step.is_worth_a_look() || step.indistinguishable.empty()) return Finding::nothing;
   const RankedCandidate& best = step.ranking[0];
   const double more_probable = best.fit->log_evidence - step.log_evidence_without;
   const bool probable = more_probable > doubtful;

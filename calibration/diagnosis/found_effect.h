@@ -34,10 +34,10 @@ enum class Finding {
   effect  // that was found
 };
 
-/// A found effect exceeds the detection threshold, and improves the prediction of readings that it
-/// was not fitted to or is far more probable than no missing effect. Beside another effect it must
-/// do both and have a higher significance; where it is less likely than an unmodelled smooth error,
-/// it may be one of several that are still missing.
+/// A found effect exceeds the detection threshold (the first one comes near it), and improves the
+/// prediction of readings that it was not fitted to or is far more probable than no missing effect.
+/// Beside another effect it must do both and have a higher significance; where it is less likely
+/// than an unmodelled smooth error, it may be one of several that are still missing.
 Finding finding(const DiagnosisStep& step, const std::vector<FoundEffect>& found);
 
 /// The best of a round is so large that nobody has seen one, and no better than an unmodelled

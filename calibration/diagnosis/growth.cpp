@@ -80,8 +80,8 @@ class Grower {
   }
 
   bool may_hide_a_pair() const {
-    return found_.empty() && grown_.steps[0].max_score.p_value > significance_level &&
-           options_.most_effects > 1;
+    return grown_.steps[0].max_score.p_value > significance_level && options_.most_effects > 1 &&
+           (found_.empty() || is_doubted());
   }
 
   // The best of the first round may stand for several, and be none of them: another one may be.
@@ -104,6 +104,8 @@ class Grower {
 
   // Two effects that hide one another: neither passes alone, each does beside the other.
   void find_masked_pair() {
+    if (!found_.empty()) search_.screen({}, model_.without);
+    give_up_doubted();
     for (std::vector<Candidate> pair : search_.masked_pairs(model_.fit)) {
       const std::optional<BaseFit> both = fit_if_possible(fitter_, pair, model_.fit, progress_);
       if (!both) continue;
@@ -158,8 +160,8 @@ class Grower {
 
   // What exceeds the detection threshold may still be less probable than that nothing is missing.
   void give_up_doubted() {
-    if (found_.size() != 1 || !found_[0].decision.is_none_needed) return;
-    grown_.doubted = std::move(found_[0]);
+    if (!is_doubted()) return;
+    if (found_[0].false_alarm_chance <= significance_level) grown_.doubted = std::move(found_[0]);
     found_.clear();
     model_.present.clear();
     model_.stages.clear();
@@ -173,6 +175,8 @@ class Grower {
   }
 
  private:
+  bool is_doubted() const { return found_.size() == 1 && found_[0].decision.is_none_needed; }
+
   // An unmodelled smooth error beside all that was found is more likely than none.
   bool leaves_something() const { return smooth_error_beside(model_.fit, search_).log > 0; }
 
@@ -300,8 +304,7 @@ class Grower {
                         const std::vector<BaseFit>& fits, DiagnosisStep& step) const {
     if (step.ranking.empty() || !step.ranking[0].fit) return;
     CandidateFit& best = *step.ranking[0].fit;
-    if (step.max_score.p_value > significance_level ||
-        best.log_score_gain > best.log_score_deviation ||
+    if (!step.is_worth_a_look() || best.log_score_gain > best.log_score_deviation ||
         best.log_evidence - step.log_evidence_without <= doubtful)
       return;
     const auto plain = refit_.error(present, without, progress_);

@@ -9,6 +9,7 @@
 #include "kinetostat/calibration/search/candidate.h"
 #include "kinetostat/calibration/search/free_form.h"
 #include "kinetostat/calibration/search/max_score_test.h"
+#include "kinetostat/calibration/statistics/goodness_of_fit.h"
 
 namespace kinetostat::calibration {
 
@@ -106,6 +107,12 @@ struct DiagnosisStep {
   /// signature of the other: 1 where they are the same direction.
   std::vector<std::string> confused;
   Eigen::MatrixXd confusion;
+
+  /// Whether candidates are fitted. For the first effect the evidence decides; further ones must
+  /// be significant, too.
+  bool is_worth_a_look() const {
+    return max_score.p_value <= (beside.empty() ? worth_a_look : significance_level);
+  }
 };
 
 /// How many times its usual size a fitted effect has.

@@ -12,6 +12,8 @@
 namespace kinetostat::calibration {
 
 inline constexpr double significance_of_pairs = 0.01;  // beside that of single effects
+/// Up to this chance of a false alarm candidates are fitted: the evidence decides what is found.
+inline constexpr double worth_a_look = 0.1;
 
 struct MaxScoreTest {
   double largest = 0;     // the score

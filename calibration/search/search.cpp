@@ -365,7 +365,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
     find_pairs(*screen, space.residual(), step);
   screen.reset();  // as large as all signatures; fits need memory
   CandidateFits all(candidates_.size());
-  if (step.max_score.p_value <= significance_level) {
+  if (step.is_worth_a_look()) {
     fit_survivors(present, fit, explained, space, step, all);
     if (known != nullptr) keep_better(*known, step, all.alone);
   }

@@ -113,6 +113,21 @@ TEST(Finding, IsAPartWhereASmoothErrorDoesBetter) {
   EXPECT_EQ(finding(step, {}), Finding::nothing);
 }
 
+// Near the detection threshold the evidence decides, but not of what would be one more.
+TEST(Finding, OfTheFirstEffectMayComeNearTheThreshold) {
+  DiagnosisStep step = next_round(0.08);
+  EXPECT_EQ(finding(step, {}), Finding::nothing);
+  step.beside.clear();
+  EXPECT_EQ(finding(step, {}), Finding::effect);
+  step.ranking[0].fit->log_score_gain = 5;  // within its deviation
+  EXPECT_EQ(finding(step, {}), Finding::effect);
+  step.log_evidence_without = -3;  // neither predicts nor is far more probable
+  EXPECT_EQ(finding(step, {}), Finding::nothing);
+  step = next_round(0.12);
+  step.beside.clear();
+  EXPECT_EQ(finding(step, {}), Finding::nothing);
+}
+
 // What is small beside a law that may be wrong: as far as it acts on the same readings.
 TEST(Finding, IsNoneThatALawMayGetWrong) {
   DiagnosisStep step = next_round(0.002);
