@@ -363,9 +363,11 @@ std::vector<std::pair<std::string, std::string>> stage_names(const vjm::Robot& r
 std::string error_sentence(const Diagnosis& d) {
   if (d.found.empty() || d.waterfall.size() < 3) return {};
   const bool is_one = d.found.size() == 1;
-  const char* what = d.verdict != Verdict::unexplained ? (is_one ? "it" : "them")
-                     : is_one                          ? "the nearest effect"
-                                                       : "the nearest effects";
+  const char* what = is_one ? "it" : "them";
+  if (d.verdict == Verdict::unexplained)
+    what = is_one ? "the nearest effect" : "the nearest effects";
+  if (d.verdict == Verdict::inconclusive)
+    what = is_one ? "the most probable effect" : "the most probable effects";
   return fmt::format("With {} the error on readings kept out of the fit goes {} times the noise.",
                      what, fall_in_words(d.waterfall));
 }
