@@ -10,7 +10,6 @@ namespace kinetostat::calibration::decision_test {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 RankedCandidate fitted(const std::string& kind, const std::string& at, double log_evidence,
                        double discriminability = 20) {
