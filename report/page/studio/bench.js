@@ -365,8 +365,9 @@ export class Bench {
     try {
       const picture = await this.posture({ pose: this.pose, effects: this.model().names ?? [] });
       if (picture === undefined) return;
+      const isFirst = !this.picture; // which tells the joints
       if (picture) this.picture = picture;
-      this.drawEffects();
+      if (isFirst) this.drawEffects();
       this.drawErrors(this.residuals.get(this.chosen) ?? this.residuals.get("fitted"));
       this.node.dataset.drawn = String(performance.now());
     } catch (error) {
