@@ -102,7 +102,8 @@ class Grower {
     }
   }
 
-  // Two effects that hide one another: neither passes alone, each does beside the other.
+  // Two effects that hide one another: neither passes alone, each does beside the other. One that
+  // comes near the threshold, but is less probable than nothing, goes.
   void find_masked_pair() {
     if (!found_.empty()) search_.screen({}, model_.without);
     give_up_doubted();

@@ -23,7 +23,8 @@ struct Model {
 struct Growth {
   Model model;
   std::vector<FoundEffect> found;  // one for each present effect
-  /// Found, then given up, since "nothing is missing" is more probable; not present.
+  /// Exceeds the detection threshold, but given up, since "nothing is missing" is more probable;
+  /// not present.
   std::optional<FoundEffect> doubted;
   std::vector<DiagnosisStep> steps;  // the rounds, in their order
 };
