@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <string_view>
 #include <tinyxml2.h>
 
 #include <Eigen/Geometry>
@@ -28,9 +29,9 @@ using spatial::Pose;
 using spatial::Vector3;
 using Element = XmlFile::Element;
 
-// A class of defaults: its <default> element, and the class that it is in.
+// What a class of defaults says of elements, and the class that it is in.
 struct DefaultClass {
-  const Element* element = nullptr;
+  std::vector<const Element*> elements;
   std::string parent;
 };
 
@@ -43,12 +44,13 @@ class Reader {
     description_.file = xml_.file();
     description_.format = "MJCF";
     description_.name = xml_.text_or(top_, "model", xml_.file().stem().string());
+    read_includes(top_);
     read_settings();
-    for (const Element* e : XmlFile::children(top_, "default")) add_class(*e, "");
-    for (const Element* asset : XmlFile::children(top_, "asset"))
-      for (const Element* e : XmlFile::children(*asset, "mesh")) add_mesh(*e);
+    for (const Element* e : parts(top_, "default")) add_class(*e, "");
+    for (const Element* asset : parts(top_, "asset"))
+      for (const Element* e : parts(*asset, "mesh")) add_mesh(*e);
     description_.links.push_back({.name = "world"});
-    for (const Element* world : XmlFile::children(top_, "worldbody"))
+    for (const Element* world : parts(top_, "worldbody"))
       add_content(*world, {"world", Pose(), "main"});
     read_couplings();
     read_efforts();
@@ -68,11 +70,36 @@ class Reader {
     std::string active;  // class of defaults
   };
 
+  void read_includes(const Element& parent) {
+    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const bool is_include = e->Name() == std::string("include");
+      if (is_include) included_[e] = &xml_.include(*e, "file");
+      read_includes(is_include ? *included_[e] : *e);
+    }
+  }
+
+  // What is in an element, and in files that are included there.
+  std::vector<const Element*> parts(const Element& parent) const {
+    std::vector<const Element*> all;
+    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const auto included = included_.find(e);
+      if (included == included_.end()) {
+        all.push_back(e);
+      } else {
+        const std::vector<const Element*> inner = parts(*included->second);
+        all.insert(all.end(), inner.begin(), inner.end());
+      }
+    }
+    return all;
+  }
+  std::vector<const Element*> parts(const Element& parent, const std::string& name) const {
+    std::vector<const Element*> all = parts(parent);
+    std::erase_if(all, [&name](const Element* e) { return e->Name() != name; });
+    return all;
+  }
+
   void read_settings() {
-    if (const Element* include = XmlFile::child(top_, "include"))
-      xml_.fail(*include, "included files are not read",
-                "Give the included file, or one that MuJoCo has saved (mj_saveLastXML)");
-    for (const Element* compiler : XmlFile::children(top_, "compiler")) {
+    for (const Element* compiler : parts(top_, "compiler")) {
       degrees_ = xml_.choice_or(*compiler, "angle", {"degree", "radian"},
                                 degrees_ ? "degree" : "radian") == "degree";
       sequence_ = xml_.text_or(*compiler, "eulerseq", sequence_);
@@ -82,9 +109,8 @@ class Reader {
       read_sources_of_masses(*compiler);
     }
     description_.gravity = {0, 0, -9.81};  // MuJoCo's default
-    if (const Element* option = XmlFile::child(top_, "option");
-        option && xml_.has(*option, "gravity"))
-      description_.gravity = xml_.vector(*option, "gravity");
+    for (const Element* option : parts(top_, "option"))
+      description_.gravity = xml_.vector_or(option, "gravity", description_.gravity);
   }
 
   void read_sources_of_masses(const Element& compiler) {
@@ -101,8 +127,8 @@ class Reader {
 
   void add_class(const Element& element, const std::string& parent) {
     const std::string name = xml_.text_or(element, "class", "main");
-    classes_[name] = {&element, parent};
-    for (const Element* e : XmlFile::children(element, "default")) add_class(*e, name);
+    classes_[name] = {parts(element), parent};
+    for (const Element* e : parts(element, "default")) add_class(*e, name);
   }
 
   // The class that an attribute names, which must be there unless it is that of all.
@@ -123,8 +149,8 @@ class Reader {
     for (int depth = 0; !name.empty() && depth < 100; ++depth) {
       const auto found = classes_.find(name);
       if (found == classes_.end()) return nullptr;
-      const Element* e = XmlFile::child(*found->second.element, element.Name());
-      if (e != nullptr && xml_.has(*e, attribute)) return e;
+      for (const Element* e : found->second.elements)
+        if (std::string_view(e->Name()) == element.Name() && xml_.has(*e, attribute)) return e;
       name = found->second.parent;
     }
     return nullptr;
@@ -204,7 +230,7 @@ class Reader {
 
   // Children of a body, of <worldbody> or of a <frame>.
   void add_content(const Element& parent, const Place& place) {
-    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    for (const Element* e : parts(parent)) {
       const std::string kind = e->Name();
       const Place inner{place.link, place.pose * Pose(),
                         known_class(*e, "childclass", place.active)};
@@ -214,8 +240,8 @@ class Reader {
       if (kind == "inertial") link(place.link).inertia = read_inertia(*e, place.pose);
       if (kind == "geom") add_geom(*e, place);
       if (kind == "site") add_site(*e, place);
-      if (kind == "freejoint" || kind == "composite" || kind == "flexcomp" || kind == "include" ||
-          kind == "attach" || kind == "replicate")
+      if (kind == "freejoint" || kind == "composite" || kind == "flexcomp" || kind == "attach" ||
+          kind == "replicate")
         xml_.fail(*e, fmt::format("<{}> cannot be part of a stiffness model", kind),
                   "Cut it out, or give the model as MuJoCo saves it");
     }
@@ -229,7 +255,7 @@ class Reader {
   };
   void find_joints(const Element& parent, const Pose& frame, const std::string& active,
                    std::vector<PlacedJoint>& joints) const {
-    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    for (const Element* e : parts(parent)) {
       const std::string kind = e->Name();
       if (kind == "joint") joints.push_back({e, frame, active});
       if (kind == "frame")
@@ -252,7 +278,7 @@ class Reader {
       joint.parent = at;
       joint.origin = origin * place * at_reference(*e, joint, active);
       at = joint.child = fmt::format("{}@{}", name, joint.name);
-      description_.links.push_back({.name = at, .line = element.GetLineNum()});
+      description_.links.push_back({.name = at, .line = xml_.line(element)});
       description_.joints.push_back(std::move(joint));
       origin = place.inverse();
     }
@@ -270,9 +296,9 @@ class Reader {
       description_.joints.back().child = name;
       return;
     }
-    description_.links.push_back({.name = name, .line = element.GetLineNum()});
+    description_.links.push_back({.name = name, .line = xml_.line(element)});
     description_.joints.push_back({.name = name + "@fixed",
-                                   .line = element.GetLineNum(),
+                                   .line = xml_.line(element),
                                    .parent = at,
                                    .child = name,
                                    .origin = origin});
@@ -287,7 +313,7 @@ class Reader {
       xml_.fail_unknown(e, "the joint type", type, {"hinge", "slide"});
     DescribedJoint joint{
         .name = xml_.text_or(e, "name", fmt::format("joint_{}", description_.joints.size() + 1)),
-        .line = e.GetLineNum(),
+        .line = xml_.line(e),
         .type = type == "slide" ? JointType::prismatic : JointType::continuous};
     const Element* axis = holder(e, "axis", active);
     joint.axis = axis == nullptr ? Vector3::UnitZ() : xml_.direction(*axis, "axis");
@@ -488,9 +514,9 @@ class Reader {
     const bool taken = std::any_of(description_.links.begin(), description_.links.end(),
                                    [&](const DescribedLink& l) { return l.name == name; });
     const std::string unique = taken ? name + "@site" : name;
-    description_.links.push_back({.name = unique, .line = e.GetLineNum(), .is_mark = true});
+    description_.links.push_back({.name = unique, .line = xml_.line(e), .is_mark = true});
     description_.joints.push_back({.name = unique + "@fixed",
-                                   .line = e.GetLineNum(),
+                                   .line = xml_.line(e),
                                    .parent = place.link,
                                    .child = unique,
                                    .origin = place.pose * pose_of(e, place.active)});
@@ -504,11 +530,10 @@ class Reader {
 
   // What is in all elements of a name at the top: "actuator".
   std::vector<const Element*> parts_of(const char* section) const {
-    std::vector<const Element*> parts;
-    for (const Element* all : XmlFile::children(top_, section))
-      for (const Element* e = all->FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
-        parts.push_back(e);
-    return parts;
+    std::vector<const Element*> all;
+    for (const Element* element : parts(top_, section))
+      for (const Element* e : parts(*element)) all.push_back(e);
+    return all;
   }
 
   // joint1 - ref1 = polynomial of (joint2 - ref2); of a constant where there is no joint2.
@@ -633,8 +658,9 @@ class Reader {
   bool degrees_ = true, auto_limits_ = true;
   std::string sequence_ = "xyz", mesh_folder_, inertia_from_geom_ = "auto";
   std::vector<double> groups_of_masses_{0, 5};
-  std::map<std::string, DescribedInertia> of_geoms_;  // of links, from what their geoms weigh
-  std::set<std::string> without_mass_;                // links with geoms whose mass is not known
+  std::map<std::string, DescribedInertia> of_geoms_;   // of links, from what their geoms weigh
+  std::set<std::string> without_mass_;                 // links with geoms whose mass is not known
+  std::map<const Element*, const Element*> included_;  // by <include>: what is outermost there
   std::map<std::string, DefaultClass> classes_;
   std::vector<std::string> with_armature_;  // joints
   std::map<std::string, DescribedShape> meshes_;

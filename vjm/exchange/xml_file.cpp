@@ -56,32 +56,60 @@ std::string reason_of(tinyxml2::XMLError error) {
 
 }  // namespace
 
-XmlFile::XmlFile(std::filesystem::path file)
-    : file_(std::move(file)), document_(std::make_unique<tinyxml2::XMLDocument>()) {
-  const std::string text = io::read_text(file_);
-  if (document_->Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    throw common::InputError({.file = file_,
-                              .line = document_->ErrorLineNum(),
-                              .what = "this is not XML: " + reason_of(document_->ErrorID())});
+XmlFile::Document XmlFile::read(std::filesystem::path file) {
+  Document read{.file = std::move(file), .content = std::make_unique<tinyxml2::XMLDocument>()};
+  const std::string text = io::read_text(read.file);
+  if (read.content->Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    throw common::InputError({.file = read.file,
+                              .line = read.content->ErrorLineNum(),
+                              .what = "this is not XML: " + reason_of(read.content->ErrorID())});
+  return read;
 }
+
+XmlFile::XmlFile(std::filesystem::path file) { documents_.push_back(read(std::move(file))); }
 
 XmlFile::~XmlFile() = default;
 
 std::string XmlFile::root_name() const {
-  const Element* root = document_->RootElement();
+  const Element* root = documents_.front().content->RootElement();
   return root == nullptr ? "" : root->Name();
 }
 
 const XmlFile::Element& XmlFile::root(const char* name, const char* format) const {
-  const Element* root = document_->FirstChildElement(name);
+  const Element* root = documents_.front().content->FirstChildElement(name);
   if (root == nullptr)
-    throw common::InputError(file_, fmt::format("there is no <{}> element", name),
+    throw common::InputError(file(), fmt::format("there is no <{}> element", name),
                              fmt::format("Give a {} file", format));
   return *root;
 }
 
+const XmlFile::Element& XmlFile::include(const Element& element, const char* attribute) {
+  const std::filesystem::path other =
+      (file().parent_path() / text(element, attribute)).lexically_normal();
+  if (!std::filesystem::is_regular_file(other))
+    fail(element, fmt::format("there is no file '{}' to include", other.string()),
+         "Put it there, or correct the name");
+  for (const Document& known : documents_)
+    if (std::filesystem::equivalent(known.file, other))
+      fail(element, fmt::format("'{}' is included twice", other.string()));
+  documents_.push_back(read(other));
+  const Element* root = documents_.back().content->RootElement();
+  if (root == nullptr) fail(element, fmt::format("nothing is in '{}'", other.string()));
+  return *root;
+}
+
+const XmlFile::Document& XmlFile::document_of(const Element& element) const {
+  return *std::find_if(documents_.begin(), documents_.end(), [&element](const Document& d) {
+    return d.content.get() == element.GetDocument();
+  });
+}
+
+int XmlFile::line(const Element& element) const {
+  return &document_of(element) == &documents_.front() ? element.GetLineNum() : 0;
+}
+
 void XmlFile::fail(const Element& element, const std::string& what, const std::string& cure) const {
-  throw common::InputError({.file = file_,
+  throw common::InputError({.file = document_of(element).file,
                             .line = element.GetLineNum(),
                             .key = fmt::format("<{}>", element.Name()),
                             .what = what,

@@ -27,11 +27,16 @@ class XmlFile {
   XmlFile(const XmlFile&) = delete;
   XmlFile& operator=(const XmlFile&) = delete;
 
-  const std::filesystem::path& file() const { return file_; }
+  const std::filesystem::path& file() const { return documents_.front().file; }
   /// Of the outermost element; empty where there is none.
   std::string root_name() const;
   /// The outermost element of this name.
   const Element& root(const char* name, const char* format) const;
+  /// The outermost element of another file, which an attribute names from the folder of this one.
+  /// Elements of it have their places in messages, too. Throws when it has been included before.
+  const Element& include(const Element& element, const char* attribute);
+  /// Of an element; 0 where it is from an included file.
+  int line(const Element& element) const;
 
   [[noreturn]] void fail(const Element& element, const std::string& what,
                          const std::string& cure = {}) const;
@@ -71,10 +76,15 @@ class XmlFile {
   spatial::Vector3 direction(const Element& element, const char* attribute) const;
 
  private:
+  struct Document {
+    std::filesystem::path file;
+    std::unique_ptr<tinyxml2::XMLDocument> content;
+  };
+  static Document read(std::filesystem::path file);
+  const Document& document_of(const Element& element) const;
   std::string raw(const Element& element, const char* attribute) const;
 
-  std::filesystem::path file_;
-  std::unique_ptr<tinyxml2::XMLDocument> document_;
+  std::vector<Document> documents_;  // the file itself, then those that it includes
 };
 
 }  // namespace kinetostat::vjm

@@ -463,14 +463,40 @@ TEST_F(Description, OfMjcfKnowsEqualities) {
   expect_refused("loop.xml", text("<connect body1='a' body2='b' anchor='0 0 0'/>"), "loop");
 }
 
+// A scene that includes a robot, which includes its classes of defaults and the body of its hand:
+// what is in the files stands where they are included.
+TEST_F(Description, OfMjcfReadsWhatItIncludes) {
+  const auto part = [this](const std::string& name, const std::string& text) {
+    folder.file(name, "<mujocoinclude>\n" + text + "\n</mujocoinclude>");
+  };
+  part("classes.xml", "<default><joint axis='0 1 0' stiffness='70'/></default>");
+  part("hand.xml", "<body name='hand' pos='1 0 0'><joint name='y'/></body>");
+  part("arm.xml",
+       "<include file='classes.xml'/><worldbody><body name='arm'><joint name='x'/>"
+       "<include file='hand.xml'/></body></worldbody>");
+  const auto scene = [](const std::string& more) {
+    return "<mujoco><option gravity='0 -9 0'/><include file='arm.xml'/>" + more + "</mujoco>";
+  };
+  const RobotDescription robot = read("scene.xml", scene("<worldbody><light/></worldbody>"));
+  EXPECT_EQ(robot.gravity, Vector3(0, -9, 0));
+  EXPECT_EQ(robot.joints.back().stiffness, 70);
+  expect_tip(imported(robot), {{"x", 0.3}, {"y", 0.4}},
+             turn({0, 1, 0}, 0.3) * shift(1, 0, 0) * turn({0, 1, 0}, 0.4));
+
+  expect_refused("scene.xml", scene("<include file='hand.xml'/>"), "hand.xml' is included twice");
+  expect_refused("scene.xml", scene("<include file='foot.xml'/>"), "there is no file");
+  part("arm.xml", "<worldbody><body>\n<freejoint/></body></worldbody>");
+  expect_refused("scene.xml", scene(""), "arm.xml:3: <freejoint>");
+  part("arm.xml", "<include file='arm.xml'/>");
+  expect_refused("scene.xml", scene(""), "arm.xml' is included twice");
+}
+
 TEST_F(Description, NamesMistakesWithTheirPlace) {
   expect_refused("a.xml", "<mujoco>\n<worldbody>\n<body><freejoint/></body></worldbody></mujoco>",
                  "a.xml:3: <freejoint>");
   expect_refused("a.xml",
                  "<mujoco><worldbody><body><joint type='ball'/></body></worldbody></mujoco>",
                  "a ball joint");
-  expect_refused("a.xml", "<mujoco><include file='b.xml'/></mujoco>",
-                 "included files are not read");
   expect_refused("a.sdf", "<sdf><model name='m'><joint name='j' type='screw'/></model></sdf>",
                  "a screw joint is not read");
   expect_refused(
