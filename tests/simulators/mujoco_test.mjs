@@ -3,7 +3,7 @@
 //
 // usage: mujoco_test.mjs PROGRAM
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -46,7 +46,23 @@ function eigenvalues(given) {
   return a.map((row, i) => row[i]).sort((x, y) => x - y);
 }
 
-// What MuJoCo makes of the file at its keyframe.
+// Rows for all joints, columns for those that follow no other one by a linear equality.
+function couplings(model) {
+  const n = model.nv, rows = [...Array(n).keys()].map((i) => [...Array(n).keys()].map((j) => (i === j ? 1 : 0)));
+  const size = model.eq_data.length / model.neq, followers = [];
+  for (let e = 0; e < model.neq; ++e) {
+    const follower = model.eq_obj1id[e];
+    rows[follower][model.eq_obj2id[e]] = model.eq_data[size * e + 1];
+    followers.push(follower);
+  }
+  return rows.map((row) => row.filter((_, j) => !followers.includes(j)));
+}
+
+const product = (a, b) => a.map((row) => b[0].map((_, j) => row.reduce((sum, x, k) => sum + x * b[k][j], 0)));
+const transposed = (a) => a[0].map((_, j) => a.map((row) => row[j]));
+const rows_of = (flat, n) => [...Array(flat.length / n).keys()].map((i) => flat.slice(n * i, n * (i + 1)));
+
+// What MuJoCo makes of the file at its keyframe, in terms of the joints that follow none.
 function loaded(file) {
   const model = mujoco.MjModel.from_xml_string(readFileSync(file, "utf8")), data = new mujoco.MjData(model);
   mujoco.mj_resetDataKeyframe(model, data, 0);
@@ -55,9 +71,12 @@ function loaded(file) {
   mujoco.mj_fullM(model, data, mass);
   const position = new mujoco.DoubleBuffer(3 * n), rotation = new mujoco.DoubleBuffer(3 * n);
   mujoco.mj_jacSite(model, data, position, rotation, 0);
-  const view = (buffer) => Array.from(buffer.GetView());
-  return { n, tool: Array.from(data.site_xpos), stiffness: Array.from(model.jnt_stiffness), mass: view(mass),
-    jacobian: [...view(position), ...view(rotation)] };
+  const view = (buffer) => Array.from(buffer.GetView()), t = couplings(model), free = t[0].length;
+  const springs = Array.from(model.jnt_stiffness);
+  const k = product(transposed(t), t.map((row, i) => row.map((x) => x * springs[i])));
+  return { n: free, tool: Array.from(data.site_xpos), stiffness: k.map((row, i) => row[i]),
+    mass: product(product(transposed(t), rows_of(view(mass), n)), t).flat(),
+    jacobian: product(rows_of([...view(position), ...view(rotation)], n), t).flat() };
 }
 
 // omega^2 of K x = omega^2 M x with a diagonal K: those of the inverse of K^-1/2 M K^-1/2.
@@ -67,9 +86,38 @@ function frequencies({ n, stiffness, mass }) {
   return eigenvalues(scaled).reverse().map((theta) => 1 / (2 * Math.PI * Math.sqrt(theta)));
 }
 
-function check(name, importing, joints, modes) {
-  const robot = join(folder, "robot.yaml"), exported = join(folder, "robot.xml");
-  kinetostat("import", ...importing, "-o", robot);
+function imported(...options) {
+  const robot = join(folder, "robot.yaml");
+  kinetostat("import", ...options, "-o", robot);
+  return robot;
+}
+
+// A slide on a screw, and a joint that turns against the first.
+function with_couplings() {
+  const robot = join(folder, "coupled.yaml");
+  writeFileSync(robot, `kinetostat: 1
+name: coupled
+units: {length: m, force: N, angle: rad}
+links:
+  a:
+    rigid: {point: [0.3, 0.1, 0.2], rpy: [0.4, -0.5, 0.6]}
+    mass: {mass: 5, center: [0.1, 0.05, 0.1], inertia: [0.3, 0, 0, 0.4, 0, 0.5]}
+chain_types:
+  arm:
+    - actuator: {name: q, axis: Rz, stiffness: 3e4}
+    - link: a
+    - actuator: {name: s, axis: Rx, stiffness: 2e3}
+    - coupled: {to: s, axis: Tx, factor: 0.02 m/rad}
+    - link: a
+    - coupled: {to: q, axis: Ry, factor: -0.5}
+    - link: a
+manipulator: {chain: arm}
+`);
+  return robot;
+}
+
+function check(name, robot, joints, modes) {
+  const exported = join(folder, "robot.xml");
   kinetostat("export", robot, "--joints", joints, "-o", exported);
   const found = loaded(exported), still = kinetostat("stiffness", robot, "--joints", joints);
   still.posture.position.forEach((x, i) => expect_near(found.tool[i], x, 1e-9, `${name}: tool ${i}`));
@@ -88,10 +136,12 @@ function check(name, importing, joints, modes) {
 
 try {
   // The last axis of this arm has no inertia about itself.
-  check("six axes", ["data/urdf/six_axis.urdf", "--tip", "flange", "--joint-stiffness", "1e5,2e5,3e5,4e4,5e4,6e4"],
+  const arm = ["data/urdf/six_axis.urdf", "--tip", "flange", "--joint-stiffness", "1e5,2e5,3e5,4e4,5e4,6e4"];
+  check("six axes", imported(...arm),
     "joint_1=0.3,joint_2=-0.5,joint_3=1.2,joint_4=0.4,joint_5=-0.7,joint_6=1.0", 5);
-  check("MJCF, there and back", ["data/urdf/arm.xml", "--tip", "flange", "--joint-stiffness", "1e5,2e5,3e4"],
+  check("MJCF, there and back", imported("data/urdf/arm.xml", "--tip", "flange", "--joint-stiffness", "1e5,2e5,3e4"),
     "turn=0.4,lift=-0.3,bend=1.1", 3);
+  check("joints that follow others", with_couplings(), "q=0.4,s=0.8", 2);
 } finally {
   rmSync(folder, { recursive: true });
 }

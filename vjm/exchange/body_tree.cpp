@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <set>
@@ -51,6 +52,9 @@ class Builder {
     find_bodies();
     for (TreeBody& body : tree_.bodies)
       if (body.name == "world") body.name = free_name("world", tree_);
+    for (TreeBody& body : tree_.bodies)
+      if (body.coupling)
+        body.name = free_name(tree_.bodies[body.coupling->leader].name + "_coupled", tree_);
     add_masses();
     if (options_.damping_ratio > 0) add_dampers();
     tree_.tool = places_.back().frame.inverse() * kinematics_.end;
@@ -70,31 +74,35 @@ class Builder {
   }
 
   void find_bodies() {
-    std::set<Index> moving;
+    std::map<Index, std::size_t> leaders;  // by coordinates
     places_.emplace_back();
     for (Index j = 0; j < std::ssize(chain_.joints()); ++j) {
       const Joint& joint = chain_.joints()[static_cast<std::size_t>(j)];
       if (!moves(joint)) continue;
-      if (!moving.insert(joint.coordinate).second)
-        throw std::invalid_argument(
-            fmt::format("joints that share the coordinate '{}' cannot be written as a tree of "
-                        "bodies",
-                        coordinate(joint).name));
       places_.push_back({.joint = j, .from = j + 1, .frame = frame_behind(chain_, x_, j + 1)});
-      tree_.bodies.push_back(body_of(joint));
+      const auto [leader, leads] = leaders.emplace(joint.coordinate, tree_.bodies.size());
+      tree_.bodies.push_back(leads ? body_of(joint) : following(joint, leader->second));
     }
+  }
+
+  TreeBody following(const Joint& joint, std::size_t leader) const {
+    TreeBody body = body_of(joint);
+    const auto& leading = chain_.joints()[static_cast<std::size_t>(places_[leader + 1].joint)];
+    body.coupling = {.leader = leader, .factor = joint.factor / leading.factor};
+    body.stiffness.reset();
+    body.rest = 0;
+    return body;
   }
 
   // The last place is that of the joint. A coordinate that a factor multiplies has a spring of
   // 1 / factor^2 of the joint.
   TreeBody body_of(const Joint& joint) const {
-    Eigen::VectorXd x = x_;
-    x[joint.coordinate] = 0;
     const Pose& before = places_[places_.size() - 2].frame;
     TreeBody body{.name = coordinate(joint).name,
                   .turns = is_rotation(joint.motion),
                   .axis = axis_index(joint.motion),
-                  .origin = before.inverse() * frame_behind(chain_, x, places_.back().from),
+                  .origin = before.inverse() * frame_behind(chain_, x_, places_.back().from - 1) *
+                            joint.before,
                   .value = joint.factor * x_[joint.coordinate]};
     if (const auto& range = coordinate(joint).range) {
       const auto [one, other] =
@@ -138,25 +146,32 @@ class Builder {
   }
   const Pose& frame(Index body) const { return places_[static_cast<std::size_t>(body) + 1].frame; }
 
-  // With the inertia that each joint alone moves.
+  // With the inertia that each joint moves, and those that follow it.
   void add_dampers() {
     for (std::size_t j = 0; j < tree_.bodies.size(); ++j) {
       TreeBody& body = tree_.bodies[j];
       if (!body.stiffness) continue;
-      const Pose& own = frame(static_cast<Index>(j));
-      const Vector3 axis = own.rotation().col(body.axis);
       double moved = 0;
-      for (std::size_t b = j; b < tree_.bodies.size(); ++b) {
-        const TreeBody& carried = tree_.bodies[b];
-        const Pose& at = frame(static_cast<Index>(b));
-        moved += body.turns
-                     ? carried.mass * axis.cross(at * carried.center - own.position()).squaredNorm()
-                     : carried.mass;
-        const Vector3 turn = at.rotation().transpose() * axis;
-        if (body.turns) moved += turn.dot(carried.inertia * turn);
-      }
+      for (std::size_t b = j; b < tree_.bodies.size(); ++b) moved += inertia_at(j, b);
       body.damping = 2 * options_.damping_ratio * std::sqrt(*body.stiffness * moved);
     }
+  }
+
+  // Twice the energy of a body where a joint moves by one a second.
+  double inertia_at(std::size_t joint, std::size_t carried) const {
+    const TreeBody& body = tree_.bodies[carried];
+    const Pose& at = frame(static_cast<Index>(carried));
+    Vector3 speed = Vector3::Zero(), turn = Vector3::Zero();
+    for (std::size_t k = joint; k <= carried; ++k) {
+      const TreeBody& moving = tree_.bodies[k];
+      if (k != joint && !(moving.coupling && moving.coupling->leader == joint)) continue;
+      const Pose& own = frame(static_cast<Index>(k));
+      const Vector3 along =
+          (k == joint ? 1 : moving.coupling->factor) * own.rotation().col(moving.axis);
+      speed += moving.turns ? along.cross(at * body.center - own.position()) : along;
+      if (moving.turns) turn += at.rotation().transpose() * along;
+    }
+    return body.mass * speed.squaredNorm() + turn.dot(body.inertia * turn);
   }
 
   // Springs of bearings and mounts that effects add are no links of the robot file.

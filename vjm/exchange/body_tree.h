@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,13 @@ struct TreeBody {
   spatial::Pose
       origin;        // its frame where its joint stands at zero, in the frame of the body before
   double value = 0;  // of the joint in the posture [m or rad]
+  // Of a joint that moves with one of a body before: that body, and its motion for one of the other
+  // [m or rad, of m or rad]. It has no spring of its own.
+  struct Coupling {
+    std::size_t leader = 0;
+    double factor = 1;
+  };
+  std::optional<Coupling> coupling = {};
   std::optional<double> stiffness = {};                 // of its spring [N/m or N m/rad]
   double rest = 0;                                      // where the spring is relaxed [m or rad]
   double damping = 0;                                   // [N s/m or N m s/rad]
@@ -61,8 +69,9 @@ struct TreeOptions {
 };
 
 /// A body for every joint that moves, with the masses behind it (particles.h); links are rigid;
-/// drives without a spring are fixed at their command. Throws std::invalid_argument for a robot of
-/// several chains, and for joints that share a coordinate.
+/// drives without a spring are fixed at their command. Of joints that share a coordinate the first
+/// has its spring, and the others follow it. Throws std::invalid_argument for a robot of several
+/// chains.
 BodyTree body_tree(const Robot& robot, const Posture& posture, const TreeOptions& options = {});
 
 /// A text in an attribute or as content of XML.

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "kinetostat/common/printable.h"
 #include "kinetostat/vjm/exchange/tree_export.h"
 
 namespace kinetostat::vjm::mjcf_export {
@@ -26,7 +27,9 @@ class Writer {
     add("{}<site name=\"{}\" {}/>\n", indent(tree_.bodies.size()), free_name("tool", tree_),
         place(tree_.tool));
     for (std::size_t b = tree_.bodies.size(); b-- > 0;) add("{}</body>\n", indent(b));
-    add("  </worldbody>\n  <keyframe>\n    <key name=\"posture\" qpos=\"");
+    add("  </worldbody>\n");
+    add_couplings();
+    add("  <keyframe>\n    <key name=\"posture\" qpos=\"");
     for (std::size_t b = 0; b < tree_.bodies.size(); ++b)
       add("{}{}", b == 0 ? "" : " ", tree_.bodies[b].value);
     add("\"/>\n  </keyframe>\n</mujoco>\n");
@@ -59,6 +62,19 @@ class Writer {
         spring(body));
   }
 
+  // As hard as MuJoCo has them: `solimp` at its limit, no slower than two of its usual time steps.
+  void add_couplings() {
+    std::string laws;
+    for (const TreeBody& body : tree_.bodies)
+      if (body.coupling)
+        laws += fmt::format(
+            "    <joint joint1=\"{}\" joint2=\"{}\" polycoef=\"0 {} 0 0 0\" solref=\"0.004 1\" "
+            "solimp=\"0.9999 0.9999 0.001\"/>\n",
+            xml_escaped(body.name), xml_escaped(tree_.bodies[body.coupling->leader].name),
+            body.coupling->factor);
+    if (!laws.empty()) add("  <equality>\n{}  </equality>\n", laws);
+  }
+
   static std::string range(const TreeBody& body) {
     if (!body.range) return {};
     return fmt::format(" range=\"{} {}\"", body.range->front(), body.range->back());
@@ -81,7 +97,15 @@ class Writer {
 
 namespace kinetostat::vjm {
 
-std::vector<std::string> lost_in_mjcf(const BodyTree& tree) { return lost_in_file({}, tree, true); }
+std::vector<std::string> lost_in_mjcf(const BodyTree& tree) {
+  std::vector<std::string> own;
+  for (const TreeBody& body : tree.bodies)
+    if (body.coupling)
+      own.push_back(fmt::format("that {} follows {} exactly: constraints of MuJoCo yield a little",
+                                common::printable(body.name),
+                                common::printable(tree.bodies[body.coupling->leader].name)));
+  return lost_in_file(std::move(own), tree, true);
+}
 
 std::string mjcf(const BodyTree& tree) { return mjcf_export::Writer(tree).run(); }
 

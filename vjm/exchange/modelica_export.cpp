@@ -37,7 +37,7 @@ class Writer {
     text_ += lost_comment(lost_in_modelica(tree_), "  // ");
     add_world();
     std::string at = "world.frame_b";
-    for (std::size_t b = 0; b < tree_.bodies.size(); ++b) at = add_body(tree_.bodies[b], b + 1, at);
+    for (std::size_t b = 0; b < tree_.bodies.size(); ++b) at = add_body(b, at);
     add_frame("tool", tree_.tool);
     connect(at, "tool.frame_a");
     add("equation\n{}end {};\n", equations_, model);
@@ -78,17 +78,19 @@ class Writer {
   }
 
   // Returns the connector behind it.
-  std::string add_body(const TreeBody& body, std::size_t number, const std::string& at) {
-    const std::string name = fmt::format("{}_{}", identifier(body.name), number);
+  std::string add_body(std::size_t number, const std::string& at) {
+    const TreeBody& body = tree_.bodies[number];
+    const std::string name = name_of(number);
     add_frame("to_" + name, body.origin);
     connect(at, fmt::format("to_{}.frame_a", name));
     const char* coordinate = body.turns ? "phi" : "s";
-    add("  Modelica.Mechanics.MultiBody.Joints.{} {}(useAxisFlange = true, n = {},\n"
-        "    {}(start = {}, fixed = true), {}(start = 0, fixed = true));\n",
-        body.turns ? "Revolute" : "Prismatic", name, vector(Vector3::Unit(body.axis)), coordinate,
-        body.value, body.turns ? "w" : "v");
+    add("  Modelica.Mechanics.MultiBody.Joints.{} {}(useAxisFlange = true, n = {},\n",
+        body.turns ? "Revolute" : "Prismatic", name, vector(Vector3::Unit(body.axis)));
+    add("    {0}(start = {1}, fixed = {3}), {2}(start = 0, fixed = {3}));\n", coordinate,
+        body.value, body.turns ? "w" : "v", !body.coupling);
     connect(fmt::format("to_{}.frame_b", name), name + ".frame_a");
     add_spring(body, name);
+    if (body.coupling) add_coupling(body, name);
     if (body.mass > 0) add_mass(body, name);
     return name + ".frame_b";
   }
@@ -100,6 +102,35 @@ class Writer {
         body.turns ? "phi_rel0" : "s_rel0", body.rest);
     connect(fmt::format("spring_{}.flange_a", name), name + ".support");
     connect(fmt::format("spring_{}.flange_b", name), name + ".axis");
+  }
+
+  // The transmissions are those of the library: flange_a.phi = ratio flange_b.phi, and
+  // flange_R.phi = ratio flange_T.s. Two slides have a shaft between.
+  void add_coupling(const TreeBody& body, const std::string& name) {
+    const auto& [leader, factor] = *body.coupling;
+    const std::string other = name_of(leader), gear = "gear_" + name;
+    const bool leader_turns = tree_.bodies[leader].turns;
+    if (leader_turns && body.turns) {
+      add_gear("IdealGear", gear, 1 / factor);
+      connect(other + ".axis", gear + ".flange_a");
+      connect(gear + ".flange_b", name + ".axis");
+      return;
+    }
+    add_gear("IdealGearR2T", gear, body.turns ? factor : 1 / factor);
+    std::string turning = (body.turns ? name : other) + ".axis";
+    if (!leader_turns && !body.turns) {
+      add_gear("IdealGearR2T", "shaft_" + name, 1);
+      connect(other + ".axis", fmt::format("shaft_{}.flangeT", name));
+      turning = fmt::format("shaft_{}.flangeR", name);
+    }
+    connect(turning, gear + ".flangeR");
+    connect(gear + ".flangeT", (body.turns ? other : name) + ".axis");
+  }
+  void add_gear(const char* kind, const std::string& name, double ratio) {
+    add("  Modelica.Mechanics.Rotational.Components.{} {}(ratio = {});\n", kind, name, ratio);
+  }
+  std::string name_of(std::size_t body) const {
+    return fmt::format("{}_{}", identifier(tree_.bodies[body].name), body + 1);
   }
 
   void add_mass(const TreeBody& body, const std::string& name) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -15,7 +16,11 @@ class Writer {
   explicit Writer(const BodyTree& tree) : tree_(tree) {}
 
   std::string run() && {
-    add("<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n");
+    // Joints that follow others are known from 1.11 on.
+    const bool has_couplings =
+        std::any_of(tree_.bodies.begin(), tree_.bodies.end(),
+                    [](const TreeBody& body) { return body.coupling.has_value(); });
+    add("<?xml version=\"1.0\"?>\n<sdf version=\"{}\">\n", has_couplings ? "1.11" : "1.9");
     text_ += lost_comment(lost_in_sdf(tree_), "  <!-- ", " -->");
     add("  <world name=\"world_of_robot\">\n    <gravity>{}</gravity>\n", xml_words(tree_.gravity));
     std::string parent = free_name("base", tree_);
@@ -78,6 +83,10 @@ class Writer {
       if (body.damping > 0) add("            <damping>{}</damping>\n", body.damping);
       add("          </dynamics>\n");
     }
+    if (body.coupling)
+      add("          <mimic joint=\"{}\"><multiplier>{}</multiplier><offset>0</offset>"
+          "<reference>0</reference></mimic>\n",
+          xml_escaped(tree_.bodies[body.coupling->leader].name), body.coupling->factor);
     add("        </axis>\n      </joint>\n");
   }
 

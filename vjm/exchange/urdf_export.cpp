@@ -67,6 +67,9 @@ class Writer {
                      : "continuous",
         origin(body.origin), parent, link);
     add("    <axis xyz=\"{}\"/>\n", xml_words(Vector3::Unit(body.axis)));
+    if (body.coupling)
+      add("    <mimic joint=\"{}\" multiplier=\"{}\"/>\n",
+          xml_escaped(tree_.bodies[body.coupling->leader].name), body.coupling->factor);
     if (!body.turns || body.range) {
       const auto [lower, upper] = body.range.value_or(std::array{-1000.0, 1000.0});
       add("    <limit lower=\"{}\" upper=\"{}\" effort=\"1e9\" velocity=\"1e9\"/>\n", lower, upper);

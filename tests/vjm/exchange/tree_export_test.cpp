@@ -214,6 +214,43 @@ TEST_P(TreeExport, HasTheRangesOfJointsOrSaysThatItHasNone) {
   EXPECT_FALSE(drives[2].limits);
 }
 
+// A screw, a slide that goes with another one, a joint that turns with another one, and one that
+// turns with a slide: the files have them move together, with the spring at the first.
+TEST_P(TreeExport, JointsMayFollowOthers) {
+  const Robot coupled = parse_robot(
+      "kinetostat: 1\nname: arm\nunits: {length: m, force: N, angle: rad}\nlinks:\n"
+      "  a: {rigid: {point: [0.3, 0.1, 0.2], rpy: [0.4, -0.5, 0.6]}, mass: {mass: 5, center: "
+      "[0.1, 0.05, 0.1], inertia: [0.3, 0.02, -0.03, 0.4, 0.01, 0.5]}}\n"
+      "chain_types:\n  arm:\n    - actuator: {name: q, axis: Rz, stiffness: 3e4}\n    - link: a\n"
+      "    - coupled: {to: q, axis: Ry, factor: -0.5}\n    - link: a\n"
+      "    - coupled: {to: q, axis: Tx, factor: 0.02 m/rad}\n    - link: a\n"
+      "    - actuator: {name: s, axis: Tz, stiffness: 5e6}\n    - link: a\n"
+      "    - coupled: {to: s, axis: Ty, factor: 2}\n    - link: a\n"
+      "    - coupled: {to: s, axis: Rx, factor: 3 rad/m}\n    - link: a\n"
+      "manipulator: {chain: arm}\n",
+      "arm.yaml");
+  // In it the springs are relaxed.
+  const Posture at_rest =
+      posture_from_joints(coupled.manipulator, {{"q", 0.4}, {"s", 0.1}}).posture;
+  const std::string text = GetParam().write(body_tree(coupled, at_rest, {.damping_ratio = 0.02}));
+  const ReadTree tree = GetParam().read(text);
+  ASSERT_EQ(tree.bodies.size(), 6u);
+  EXPECT_EQ(text.find("follows") != std::string::npos, std::string(GetParam().name) == "mjcf");
+  EXPECT_LT((tree.tool.translation() - at_rest.platform.position()).norm(), 1e-12);
+  const spatial::Matrix6 exact =
+      unloaded_stiffness(coupled.manipulator, at_rest).compliance->matrix();
+  EXPECT_LT((tree.compliance() - exact).norm(), 1e-9 * exact.norm());
+  const MatrixXd mass = tree.mass();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(tree.stiffness(), mass);
+  const NaturalModes of_robot = natural_modes(coupled.manipulator, at_rest, 6);
+  ASSERT_EQ(of_robot.modes.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k)
+    EXPECT_NEAR(std::sqrt(modes.eigenvalues()[static_cast<Index>(k)]) / (2 * M_PI),
+                of_robot.modes[k].frequency, 1e-6 * of_robot.modes[k].frequency);
+  EXPECT_NEAR(tree.bodies[0].damping, 0.04 * std::sqrt(3e4 * mass(0, 0)), 1e-6);
+  EXPECT_NEAR(tree.bodies[3].damping, 0.04 * std::sqrt(5e6 * mass(1, 1)), 1e-6);
+}
+
 // Names of the file's own beside those of the robot.
 TEST_P(TreeExport, NoTwoThingsHaveOneName) {
   std::string text =

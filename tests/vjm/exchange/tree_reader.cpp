@@ -1,5 +1,6 @@
 #include "vjm/exchange/tree_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <regex>
@@ -43,6 +44,14 @@ Matrix3d symmetric(double xx, double xy, double xz, double yy, double yz, double
   Matrix3d m;
   m << xx, xy, xz, xy, yy, yz, xz, yz, zz;
   return m;
+}
+
+// Of the one of these joints that has the name.
+ReadCoupling coupled(const std::vector<std::string>& names, const std::string& leader,
+                     double factor) {
+  const auto found = std::find(names.begin(), names.end(), leader);
+  EXPECT_NE(found, names.end()) << leader;
+  return {static_cast<int>(found - names.begin()), factor};
 }
 
 // --- MJCF
@@ -176,6 +185,31 @@ struct ModelicaModel {
   }
 };
 
+// Joints by their transmissions: flange_a.phi = ratio flange_b.phi, flange_R.phi = ratio
+// flange_T.s.
+ReadCoupling modelica_coupling(const ModelicaModel& model, const std::vector<std::string>& joints) {
+  const auto joint_at = [&](const std::string& connector) {
+    for (const char* kind : {".Revolute", ".Prismatic"})
+      if (std::string name = model.behind(connector, kind); !name.empty()) return name;
+    return std::string();
+  };
+  const std::string at = joints.back() + ".axis";
+  if (const std::string gear = model.behind(at, ".IdealGear"); !gear.empty()) {
+    const std::string leader = joint_at(gear + ".flange_a");
+    if (leader != joints.back()) return coupled(joints, leader, 1 / model.value(gear, "ratio"));
+  }
+  const std::string gear = model.behind(at, ".IdealGearR2T");
+  if (gear.empty()) return {};
+  const double ratio = model.value(gear, "ratio");
+  const std::string slide = joint_at(gear + ".flangeT"), turn = joint_at(gear + ".flangeR");
+  if (turn == joints.back())
+    return gear.starts_with("gear_" + turn) ? coupled(joints, slide, ratio) : ReadCoupling();
+  if (!gear.starts_with("gear_" + slide)) return {};
+  if (!turn.empty()) return coupled(joints, turn, 1 / ratio);
+  const std::string shaft = model.behind(gear + ".flangeR", ".IdealGearR2T");
+  return coupled(joints, joint_at(shaft + ".flangeT"), model.value(shaft, "ratio") / ratio);
+}
+
 RawBody modelica_body(const ModelicaModel& model, const std::string& frame) {
   std::string joint = model.behind(frame + ".frame_b", ".Revolute");
   const bool turns = !joint.empty();
@@ -212,11 +246,25 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> ReadTree::jacobian(std::size_t b,
     else
       column.head<3>() = bodies[j].axis;
   }
-  return columns;
+  return columns * couplings();
+}
+
+MatrixXd ReadTree::couplings() const {
+  MatrixXd all = MatrixXd::Identity(std::ssize(bodies), std::ssize(bodies));
+  std::vector<Index> free;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const auto& [leader, factor] = bodies[b].coupling;
+    if (leader < 0)
+      free.push_back(static_cast<Index>(b));
+    else
+      all(static_cast<Index>(b), leader) = factor;
+  }
+  return all(Eigen::all, free);
 }
 
 MatrixXd ReadTree::mass() const {
-  MatrixXd sum = MatrixXd::Zero(std::ssize(bodies), std::ssize(bodies));
+  const Index free = couplings().cols();
+  MatrixXd sum = MatrixXd::Zero(free, free);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const auto j = jacobian(b, bodies[b].center);
     sum += bodies[b].mass * j.topRows<3>().transpose() * j.topRows<3>() +
@@ -229,7 +277,8 @@ MatrixXd ReadTree::stiffness() const {
   Eigen::VectorXd diagonal(std::ssize(bodies));
   for (std::size_t b = 0; b < bodies.size(); ++b)
     diagonal[static_cast<Index>(b)] = bodies[b].stiffness;
-  return diagonal.asDiagonal();
+  const MatrixXd t = couplings();
+  return t.transpose() * diagonal.asDiagonal() * t;
 }
 
 Eigen::Matrix<double, 6, 6> ReadTree::compliance() const {
@@ -253,7 +302,8 @@ ReadTree assembled(const std::vector<RawBody>& raw, const Isometry3d& tool) {
                            .damping = body.damping,
                            .mass = body.mass,
                            .center = frame * body.center,
-                           .inertia = rotation * body.inertia * rotation.transpose()});
+                           .inertia = rotation * body.inertia * rotation.transpose(),
+                           .coupling = body.coupling});
   }
   tree.tool = frame * tool;
   return tree;
@@ -267,10 +317,18 @@ ReadTree read_mjcf_text(const std::string& text) {
   const XMLElement& key = *top.FirstChildElement("keyframe")->FirstChildElement("key");
   const std::vector<double> qpos = words(key.Attribute("qpos"));
   std::vector<RawBody> bodies;
+  std::vector<std::string> names;
   const XMLElement* element = top.FirstChildElement("worldbody");
   while (const XMLElement* inner = element->FirstChildElement("body")) {
     element = inner;
+    const XMLElement* equality = top.FirstChildElement("equality");
     bodies.push_back(mjcf_body(*element, qpos.at(bodies.size())));
+    names.emplace_back(element->FirstChildElement("joint")->Attribute("name"));
+    const XMLElement* law =
+        equality == nullptr ? nullptr : named(*equality, "joint", "joint1", names.back());
+    if (law != nullptr)
+      bodies.back().coupling =
+          coupled(names, law->Attribute("joint2"), words(law->Attribute("polycoef")).at(1));
   }
   EXPECT_EQ(bodies.size(), qpos.size());
   ReadTree tree = assembled(bodies, placed(*element->FirstChildElement("site")));
@@ -283,6 +341,7 @@ ReadTree read_urdf_text(const std::string& text) {
   EXPECT_EQ(document.Parse(text.c_str()), tinyxml2::XML_SUCCESS);
   const XMLElement& top = *document.FirstChildElement("robot");
   std::vector<RawBody> bodies;
+  std::vector<std::string> names;
   std::string at = "world";
   Isometry3d tool = Isometry3d::Identity();
   for (const XMLElement* joint = top.FirstChildElement("joint"); joint != nullptr;
@@ -304,6 +363,11 @@ ReadTree read_urdf_text(const std::string& text) {
       body.value = body.rest = inside(*spring, "springReference").at(0);
     }
     add_inertial(named(top, "link", "name", at)->FirstChildElement("inertial"), body);
+    names.emplace_back(joint->Attribute("name"));
+    if (const XMLElement* law = joint->FirstChildElement("mimic")) {
+      body.coupling = coupled(names, law->Attribute("joint"), law->DoubleAttribute("multiplier"));
+      body.value = body.coupling.factor * bodies.at(std::size_t(body.coupling.leader)).value;
+    }
     bodies.push_back(body);
   }
   return assembled(bodies, tool);
@@ -315,6 +379,7 @@ ReadTree read_sdf_text(const std::string& text) {
   const XMLElement& world = *document.FirstChildElement("sdf")->FirstChildElement("world");
   const XMLElement& model = *world.FirstChildElement("model");
   std::vector<RawBody> bodies;
+  std::vector<std::string> names;
   std::string at = "world";
   for (const XMLElement* joint = model.FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint")) {
@@ -322,6 +387,13 @@ ReadTree read_sdf_text(const std::string& text) {
     at = joint->FirstChildElement("child")->GetText();
     if (std::string(joint->Attribute("type")) == "fixed") continue;
     bodies.push_back(sdf_body(*joint, *named(model, "link", "name", at)));
+    names.emplace_back(joint->Attribute("name"));
+    if (const XMLElement* law = joint->FirstChildElement("axis")->FirstChildElement("mimic")) {
+      EXPECT_GE(document.FirstChildElement("sdf")->DoubleAttribute("version"), 1.11);
+      RawBody& body = bodies.back();
+      body.coupling = coupled(names, law->Attribute("joint"), inside(*law, "multiplier").at(0));
+      body.value = body.coupling.factor * bodies.at(std::size_t(body.coupling.leader)).value;
+    }
   }
   const XMLElement& tool = *named(model, "frame", "name", "tool");
   EXPECT_EQ(at, tool.Attribute("attached_to"));
@@ -333,6 +405,7 @@ ReadTree read_sdf_text(const std::string& text) {
 ReadTree read_modelica_text(const std::string& text) {
   const ModelicaModel model(text);
   std::vector<RawBody> bodies;
+  std::vector<std::string> joints;
   std::string at = "world.frame_b";
   while (true) {
     const std::string frame = model.behind(at, ".FixedRotation");
@@ -341,6 +414,8 @@ ReadTree read_modelica_text(const std::string& text) {
     std::string joint = model.behind(frame + ".frame_b", ".Revolute");
     if (joint.empty()) joint = model.behind(frame + ".frame_b", ".Prismatic");
     bodies.push_back(modelica_body(model, frame));
+    joints.push_back(joint);
+    bodies.back().coupling = modelica_coupling(model, joints);
     at = joint + ".frame_b";
   }
   ReadTree tree = assembled(bodies, model.fixed("tool"));

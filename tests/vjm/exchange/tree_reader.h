@@ -8,6 +8,12 @@
 
 namespace kinetostat::test {
 
+/// That a joint moves with that of a body before, by so much for one of it; -1: with none.
+struct ReadCoupling {
+  int leader = -1;
+  double factor = 1;
+};
+
 /// A body in a posture, in the world.
 struct ReadBody {
   Eigen::Isometry3d frame;
@@ -16,6 +22,7 @@ struct ReadBody {
   double stiffness = 0, rest = 0, damping = 0, mass = 0;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  ReadCoupling coupling = {};
 };
 
 struct ReadTree {
@@ -23,9 +30,12 @@ struct ReadTree {
   Eigen::Isometry3d tool;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
 
-  /// Velocity of a point on body `b`, and its angular velocity, by the joints.
+  /// Velocities of the joints by those of the joints that follow no other one.
+  Eigen::MatrixXd couplings() const;
+  /// Velocity of a point on body `b`, and its angular velocity, by the joints that follow none.
   Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(std::size_t b,
                                                     const Eigen::Vector3d& point) const;
+  // Of the joints that follow none.
   Eigen::MatrixXd mass() const;
   Eigen::MatrixXd stiffness() const;
   Eigen::Matrix<double, 6, 6> compliance() const;  // of the tool
@@ -39,6 +49,7 @@ struct RawBody {
   double value = 0, stiffness = 0, rest = 0, damping = 0, mass = 0;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  ReadCoupling coupling = {};
 };
 
 /// The tree with its joints at their values.
