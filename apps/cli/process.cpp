@@ -15,11 +15,12 @@
 
 // What jemalloc reads before main(). All threads share one heap, so that what one frees another
 // uses: the forecast of memory for finite elements counts on it, and they allocate little inside
-// parallel loops. What is free for 30 ms goes back to the system, its addresses too, which may be
-// limited.
+// parallel loops. What is free for 0.3 s goes back to the system, its addresses too, which may be
+// limited: sooner, a diagnosis would be given its pages anew again and again. Pages are large where
+// they can be.
 extern "C" {
 const char* malloc_conf =
-    "narenas:1,dirty_decay_ms:30,muzzy_decay_ms:0,tcache_max:8192,retain:false";
+    "narenas:1,dirty_decay_ms:300,muzzy_decay_ms:0,tcache_max:8192,retain:false,thp:always";
 }
 
 namespace kinetostat::apps {
