@@ -13,6 +13,7 @@
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
 #include "kinetostat/calibration/regression/simulate.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/spatial/products.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -122,6 +123,24 @@ void diagnose_arm(benchmark::State& state) {
   state.counters["worth"] = all / static_cast<double>(state.iterations()) / (one / times);
 }
 BENCHMARK(diagnose_arm)->Name("diagnosis, six-axis arm, one thread")->Unit(benchmark::kSecond);
+
+// What a fit leaves of the draws of a test against noise, 300 readings. `eigen`: the time that
+// Eigen takes for the same, over ours.
+void project_noise(benchmark::State& state) {
+  const Eigen::MatrixXd basis = Eigen::MatrixXd::Random(900, 40),
+                        noise = Eigen::MatrixXd::Random(900, 64);
+  double ours = 0, eigen = 0;
+  for (auto _ : state) {
+    ours += seconds([&] {
+      benchmark::DoNotOptimize(
+          spatial::product(basis, spatial::transposed_product(basis, noise)).eval());
+    });
+    eigen += seconds(
+        [&] { benchmark::DoNotOptimize((basis * (basis.transpose() * noise).eval()).eval()); });
+  }
+  state.counters["eigen"] = eigen / ours;
+}
+BENCHMARK(project_noise)->Name("projection of 64 draws")->Unit(benchmark::kMillisecond);
 
 // As `measure check` does.
 void read_rows(benchmark::State& state) {

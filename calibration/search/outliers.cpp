@@ -38,11 +38,11 @@ std::vector<Scored> most_explaining(const VectorXd& left, const MatrixXd& known,
                                     std::size_t effects, const EffectColumns& effect) {
   const ResidualSpace space(left.cwiseMax(-bend).cwiseMin(bend), known);
   std::vector<Scored> scored;
-  for (std::size_t e = 0; e < effects; ++e) {
-    const MatrixXd span = span_of(space.left_of(effect(e)), least_visible);
+  space.for_each_left(effects, effect, [&](std::size_t e, const MatrixXd&, const MatrixXd& left) {
+    const MatrixXd span = span_of(left, least_visible);
     if (span.cols() > 0)
       scored.push_back({e, span.cols(), (span.transpose() * space.residual()).squaredNorm()});
-  }
+  });
   std::stable_sort(scored.begin(), scored.end(), [](const Scored& a, const Scored& b) {
     return a.explained - static_cast<double>(a.rank) > b.explained - static_cast<double>(b.rank);
   });

@@ -38,10 +38,17 @@ class OffsetSignatures {
     shared_.whiten(result);
     return result;
   }
-  // Of the squared residual, less what as many columns of noise would.
-  double explained(const vjm::Effect& effect) const {
-    const MatrixXd span = span_of(space_.left_of(columns(effect)), least_visible);
-    return (span.transpose() * space_.residual()).squaredNorm() - static_cast<double>(span.cols());
+  // Of the squared residual, less what as many columns of noise would: of each effect.
+  std::vector<double> explained(const std::vector<const vjm::Effect*>& effects) const {
+    std::vector<double> all;
+    space_.for_each_left(
+        effects.size(), [&](std::size_t i) { return columns(*effects[i]); },
+        [&](std::size_t, const MatrixXd&, const MatrixXd& left) {
+          const MatrixXd span = span_of(left, least_visible);
+          all.push_back((span.transpose() * space_.residual()).squaredNorm() -
+                        static_cast<double>(span.cols()));
+        });
+    return all;
   }
 
  private:
@@ -53,26 +60,28 @@ class OffsetSignatures {
   Eigen::Matrix<double, 1, axes_of_readings> deviations_;
 };
 
-// The number of the one that explains most, of every so many between two.
-std::size_t best_among(const OffsetSignatures& offsets, const std::vector<vjm::Effect>& all,
-                       std::size_t from, std::size_t to, std::size_t stride) {
-  std::size_t best = from;
-  double most = offsets.explained(all[from]);
-  for (std::size_t i = from + stride; i < to; i += stride)
-    if (const double explained = offsets.explained(all[i]); explained > most) {
-      most = explained;
-      best = i;
-    }
-  return best;
+// The one of some that explains most.
+struct Best {
+  std::size_t number = 0;
+  double explained = 0;
+};
+
+// Of every so many between two.
+Best best_among(const OffsetSignatures& offsets, const std::vector<vjm::Effect>& all,
+                std::size_t from, std::size_t to, std::size_t stride) {
+  std::vector<const vjm::Effect*> some;
+  for (std::size_t i = from; i < to; i += stride) some.push_back(&all[i]);
+  const std::vector<double> explained = offsets.explained(some);
+  const auto most = std::max_element(explained.begin(), explained.end());
+  return {from + stride * static_cast<std::size_t>(most - explained.begin()), *most};
 }
 
-const vjm::Effect& best_of(const OffsetSignatures& offsets, const std::vector<vjm::Effect>& all) {
+Best best_of(const OffsetSignatures& offsets, const std::vector<vjm::Effect>& all) {
   const std::size_t stride = (all.size() + most_placements - 1) / most_placements;
-  std::size_t best = best_among(offsets, all, 0, all.size(), stride);
-  if (stride > 1)
-    best = best_among(offsets, all, best - std::min(best, stride - 1),
-                      std::min(all.size(), best + stride), 1);
-  return all[best];
+  const Best rough = best_among(offsets, all, 0, all.size(), stride);
+  if (stride == 1) return rough;
+  return best_among(offsets, all, rough.number - std::min(rough.number, stride - 1),
+                    std::min(all.size(), rough.number + stride), 1);
 }
 
 }  // namespace
@@ -86,11 +95,11 @@ std::vector<Placement> best_placements(const Candidate& candidate, const Campaig
   bool may_be_more = !all.empty();
   while (may_be_more) {
     const OffsetSignatures offsets(candidate, campaign, axes, noise, fit, explained);
-    const vjm::Effect& best = best_of(offsets, all);
-    const bool stands_out = offsets.explained(best) > far_more_than_noise;
+    const Best best = best_of(offsets, all);
+    const bool stands_out = best.explained > far_more_than_noise;
     if (!result.empty() && !stands_out) break;
-    Placement& placement = result.emplace_back(candidate, offsets.columns(best));
-    placement.candidate.effect = best;
+    Placement& placement = result.emplace_back(candidate, offsets.columns(all[best.number]));
+    placement.candidate.effect = all[best.number];
     explained = beside(explained, placement.columns);
     placement.columns.col(0) = placement.columns.rowwise().sum().eval();
     may_be_more = stands_out && result.size() < most_at_once;

@@ -6,6 +6,7 @@
 
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 #include "kinetostat/spatial/decomposition.h"
+#include "kinetostat/spatial/products.h"
 
 namespace kinetostat::calibration {
 
@@ -36,13 +37,48 @@ ResidualSpace::ResidualSpace(const VectorXd& residual, const MatrixXd& fitted)
   residual_ = left_of(residual);
 }
 
+MatrixXd ResidualSpace::along_basis(const MatrixXd& columns) const {
+  constexpr Index few = 2;  // that products of matrices gain nothing from
+  if (columns.cols() <= few) return basis_ * (basis_.transpose() * columns);
+  return spatial::product(basis_, spatial::transposed_product(basis_, columns));
+}
+
 MatrixXd ResidualSpace::left_of(const MatrixXd& columns) const {
-  MatrixXd left = columns - basis_ * (basis_.transpose() * columns);
+  MatrixXd left = columns - along_basis(columns);
   // Of what loses most of its length, once more against rounding: Kahan's "twice is enough".
   constexpr double most = 1e-4;  // of the square
-  if ((left.colwise().squaredNorm().array() > most * columns.colwise().squaredNorm().array()).all())
-    return left;
-  return left - basis_ * (basis_.transpose() * left);
+  std::vector<Index> again;
+  for (Index j = 0; j < columns.cols(); ++j)
+    if (!(left.col(j).squaredNorm() > most * columns.col(j).squaredNorm())) again.push_back(j);
+  if (again.empty()) return left;
+  const MatrixXd little = left(Eigen::all, again);
+  left(Eigen::all, again) = little - along_basis(little);
+  return left;
+}
+
+void ResidualSpace::for_each_left(
+    std::size_t count, const std::function<MatrixXd(std::size_t)>& columns,
+    const std::function<void(std::size_t, const MatrixXd&, const MatrixXd&)>& use) const {
+  constexpr Index enough = 24;  // for products of matrices
+  std::vector<MatrixXd> taken;
+  Index total = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    total += taken.emplace_back(columns(i)).cols();
+    if (total < enough && i + 1 < count) continue;
+    MatrixXd all(residual_.size(), total);
+    for (Index at = 0; const MatrixXd& own : taken) {
+      all.middleCols(at, own.cols()) = own;
+      at += own.cols();
+    }
+    const MatrixXd left = left_of(all);
+    std::size_t number = i + 1 - taken.size();
+    for (Index at = 0; const MatrixXd& own : taken) {
+      use(number++, own, left.middleCols(at, own.cols()));
+      at += own.cols();
+    }
+    taken.clear();
+    total = 0;
+  }
 }
 
 Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatures)
@@ -55,16 +91,16 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
   for (const Signature& signature : signatures) columns += signature.columns.cols();
   basis_.resize(space.residual().size(), columns);
   first_.push_back(0);
-  for (const Signature& signature : signatures) {
-    const MatrixXd columns_seen = seen(signature.columns);
-    const MatrixXd left = space.left_of(columns_seen);
-    handicap_.push_back(signature.handicap);
-    detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
-    // Rounding of the part that the fit produces is no signature either.
-    const MatrixXd span = span_of(left, std::max(least_visible, 1e-7 * columns_seen.norm()));
-    basis_.middleCols(first_.back(), span.cols()) = span.cast<float>();
-    first_.push_back(first_.back() + span.cols());
-  }
+  space.for_each_left(
+      signatures.size(), [&](std::size_t i) { return seen(signatures[i].columns); },
+      [&](std::size_t i, const MatrixXd& columns_seen, const MatrixXd& left) {
+        handicap_.push_back(signatures[i].handicap);
+        detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
+        // Rounding of the part that the fit produces is no signature either.
+        const MatrixXd span = span_of(left, std::max(least_visible, 1e-7 * columns_seen.norm()));
+        basis_.middleCols(first_.back(), span.cols()) = span.cast<float>();
+        first_.push_back(first_.back() + span.cols());
+      });
   basis_.conservativeResize(Eigen::NoChange, first_.back());
 }
 
@@ -92,7 +128,8 @@ double Screen::significance(const Score& score, double total) const {
 
 std::vector<std::pair<double, std::size_t>> Screen::largest_significance(
     const MatrixXd& residuals) const {
-  const Eigen::MatrixXf along = basis_.transpose() * residuals.cast<float>();
+  const Eigen::MatrixXf single = residuals.cast<float>();
+  const Eigen::MatrixXf along = spatial::transposed_product(basis_, single);
   std::vector<std::pair<double, std::size_t>> largest;
   for (Index column = 0; column < residuals.cols(); ++column)
     largest.push_back(most_significant(along.col(column), residuals.col(column).squaredNorm()));

@@ -24,12 +24,20 @@ class ResidualSpace {
 
   /// N C for whitened columns C: the part that is not confounded with the fitted parameters.
   Eigen::MatrixXd left_of(const Eigen::MatrixXd& columns) const;
+  /// The same of many matrices, some at once: `use` is given the number, the columns and what is
+  /// left of them, one after the other.
+  void for_each_left(std::size_t count, const std::function<Eigen::MatrixXd(std::size_t)>& columns,
+                     const std::function<void(std::size_t, const Eigen::MatrixXd& columns,
+                                              const Eigen::MatrixXd& left)>& use) const;
   const Eigen::VectorXd& residual() const { return residual_; }
   Eigen::Index dimension() const { return residual_.size() - basis_.cols(); }
   /// Q: orthonormal columns that span what the fit can produce.
   const Eigen::MatrixXd& basis() const { return basis_; }
 
  private:
+  // Q Q' C.
+  Eigen::MatrixXd along_basis(const Eigen::MatrixXd& columns) const;
+
   Eigen::MatrixXd basis_;
   Eigen::VectorXd residual_;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kinetostat/spatial/decomposition.h"
+#include "kinetostat/spatial/products.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -35,7 +36,7 @@ RobustResidual robust_residual(const VectorXd& y, const MatrixXd& free, const Ma
   RobustResidual result{y, y};
   for (int round = 1; round <= rounds; ++round) {
     const MatrixXd weighted = weights.asDiagonal() * x;
-    MatrixXd a = x.transpose() * weighted;
+    MatrixXd a = spatial::transposed_product(x, weighted);
     a.diagonal() += ridge;
     MatrixXd right(x.cols(), round == rounds ? y.size() + 1 : 1);
     right.col(0) = weighted.transpose() * y;

@@ -8,8 +8,8 @@
 #include <Eigen/Cholesky>
 
 #include "kinetostat/common/index.h"
+#include "kinetostat/common/several_processors.h"
 #include "kinetostat/fea/elasticity/groups.h"
-#include "kinetostat/fea/linear_algebra/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {

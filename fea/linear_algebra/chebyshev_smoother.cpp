@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 
 #include "kinetostat/common/index.h"
+#include "kinetostat/common/several_processors.h"
 #include "kinetostat/fea/linear_algebra/conjugate_gradients.h"
-#include "kinetostat/fea/linear_algebra/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {

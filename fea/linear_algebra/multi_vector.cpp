@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "kinetostat/common/index.h"
-#include "kinetostat/fea/linear_algebra/several_processors.h"
+#include "kinetostat/common/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {
