@@ -77,7 +77,7 @@ void add_terms(const Scalar* panel, Index first, Index depth, const Matrix& b, P
       tile.setZero();
       tile.topLeftCorner(sum.rows(), width) = part;
     }
-    Columns<Scalar> columns;
+    Columns<Scalar> columns{};
     for (Index j = 0; j < tile_columns; ++j) {
       const auto at = static_cast<std::size_t>(j);
       columns.factor[at] = b.data() + (left + std::min(j, width - 1)) * b.outerStride() + first;

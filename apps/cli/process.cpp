@@ -16,11 +16,11 @@
 // What jemalloc reads before main(). All threads share one heap, so that what one frees another
 // uses: the forecast of memory for finite elements counts on it, and they allocate little inside
 // parallel loops. What is free for 0.3 s goes back to the system, its addresses too, which may be
-// limited: sooner, a diagnosis would be given its pages anew again and again. Pages are large where
-// they can be.
+// limited. Matrices of up to 256 kB are kept for the next of their size: a diagnosis would be given
+// their pages anew again and again.
 extern "C" {
 const char* malloc_conf =
-    "narenas:1,dirty_decay_ms:300,muzzy_decay_ms:0,tcache_max:8192,retain:false,thp:always";
+    "narenas:1,dirty_decay_ms:300,muzzy_decay_ms:0,tcache_max:262144,retain:false";
 }
 
 namespace kinetostat::apps {

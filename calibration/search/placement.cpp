@@ -98,7 +98,8 @@ std::vector<Placement> best_placements(const Candidate& candidate, const Campaig
     const Best best = best_of(offsets, all);
     const bool stands_out = best.explained > far_more_than_noise;
     if (!result.empty() && !stands_out) break;
-    Placement& placement = result.emplace_back(candidate, offsets.columns(all[best.number]));
+    result.push_back({candidate, offsets.columns(all[best.number])});
+    Placement& placement = result.back();
     placement.candidate.effect = all[best.number];
     explained = beside(explained, placement.columns);
     placement.columns.col(0) = placement.columns.rowwise().sum().eval();
