@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/chain_modifier.h"
@@ -219,7 +218,7 @@ std::optional<CondensedState> EffectModel::condensed(const Posture& of_bare, con
 namespace {
 
 // Where a joint is balanced by the rest of a manipulator: its own force grows with x faster than
-// that of the rest, but where a gap holds nothing, so that there is one such place.
+// that of the rest, so that there is one such place.
 class Balance {
  public:
   Balance(const CondensedState::Joint& joint, const Chain& chain, double start, double rest,
@@ -229,25 +228,27 @@ class Balance {
   // Newton's method between bounds. False where the joint is hardly held, or leaves what is known.
   bool find() {
     constexpr int most = 60;
-    lower_ = joint_.rest.lower();
-    upper_ = joint_.rest.upper();
-    is_below_upper_ = is_above_lower_ = has_crossed_gap_ = false;
+    double lower = joint_.rest.lower(), upper = joint_.rest.upper();
+    bool is_below_upper = false, is_above_lower = false;
     double x = 0;
     for (int i = 0; i < most; ++i) {
-      evaluate(x);
-      if (!is_held()) {
-        if (!cross_gap(x)) return false;
-        continue;
-      }
+      if (!evaluate(x)) return false;
       const double step = unbalanced_ / stiffness_, next = x + step;
       if (std::abs(step) <= 1e-15 * std::max(1.0, std::abs(start_ + x))) {
         sample_ = joint_.rest.at(x);
         return true;
       }
-      bound(x);
-      if (next > upper_ && !is_within_upper()) return false;
-      if (next < lower_ && !is_within_lower()) return false;
-      x = next > lower_ && next < upper_ ? next : (lower_ + upper_) / 2;
+      (step > 0 ? lower : upper) = x;
+      (step > 0 ? is_above_lower : is_below_upper) = true;
+      if (next > upper && !is_below_upper) {
+        if (!evaluate(upper) || unbalanced_ > 0) return false;
+        is_below_upper = true;
+      }
+      if (next < lower && !is_above_lower) {
+        if (!evaluate(lower) || unbalanced_ < 0) return false;
+        is_above_lower = true;
+      }
+      x = next > lower && next < upper ? next : (lower + upper) / 2;
     }
     return false;
   }
@@ -258,58 +259,18 @@ class Balance {
   double x_by_force() const { return 1 / stiffness_; }
 
  private:
-  void evaluate(double x) {
+  bool evaluate(double x) {
+    constexpr double least = 1e-4;  // of what holds the joint without the effect
     const auto [force, slope] = joint_.rest.force_at(x);
     const OwnForce own(chain_, joint_.place.coordinate, start_ + x, rest_, command_);
     unbalanced_ = force - own.value;
     stiffness_ = own.tangent - slope;
-  }
-  bool is_held() const {
-    constexpr double least = 1e-4;  // of what holds the joint without the effect
     return stiffness_ > least * joint_.stiffness;
-  }
-
-  // The place sought is beyond x, where the unbalanced force drives the joint to.
-  void bound(double x) {
-    (unbalanced_ > 0 ? lower_ : upper_) = x;
-    (unbalanced_ > 0 ? is_above_lower_ : is_below_upper_) = true;
-  }
-  // Whether it is on this side of a bound, which is looked at once.
-  bool is_within_upper() {
-    if (is_below_upper_) return true;
-    evaluate(upper_);
-    return is_below_upper_ = is_held() && unbalanced_ <= 0;
-  }
-  bool is_within_lower() {
-    if (is_above_lower_) return true;
-    evaluate(lower_);
-    return is_above_lower_ = is_held() && unbalanced_ >= 0;
-  }
-
-  // From where nothing holds the joint to the flank that its force drives it to: where Newton's
-  // method leads from beyond it, then by halves. False where the force may turn on the way, so that
-  // there may be several such places.
-  bool cross_gap(double& x) {
-    const bool is_up = unbalanced_ > 0;
-    const double way = is_up ? upper_ - x : x - lower_;
-    if (!(std::abs(unbalanced_) > std::abs(stiffness_) * way)) return false;
-    bound(x);
-    const bool is_first = !std::exchange(has_crossed_gap_, true);
-    if (!(is_up ? is_within_upper() : is_within_lower())) return false;
-    x = (lower_ + upper_) / 2;
-    if (!is_first) return true;
-    const double end = is_up ? upper_ : lower_;
-    evaluate(end);
-    const double next = end + unbalanced_ / stiffness_;
-    if (is_held() && next > lower_ && next < upper_) x = next;
-    return true;
   }
 
   const CondensedState::Joint& joint_;
   const Chain& chain_;
   double start_, rest_, command_;
-  double lower_ = 0, upper_ = 0;  // of the place sought
-  bool is_above_lower_ = false, is_below_upper_ = false, has_crossed_gap_ = false;
   double unbalanced_ = 0, stiffness_ = 0;
   CondensedJoint::Sample sample_;
 };
