@@ -106,14 +106,11 @@ struct PackedRows {
   }
 };
 
-template <bool is_transposed, class Matrix>
-auto product_of(const Matrix& a, const Matrix& b) {
+template <bool is_transposed, class Matrix, class Sum>
+void add_product_to(const Matrix& a, const Matrix& b, Sum& sum) {
   using Scalar = typename Matrix::Scalar;
   const Index terms = is_transposed ? a.rows() : a.cols();
-  assert(terms == b.rows());
-  Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> sum =
-      Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>::Zero(
-          is_transposed ? a.cols() : a.rows(), b.cols());
+  assert(terms == b.rows() && b.cols() == sum.cols());
   constexpr Index height = tile_rows<Scalar>;
   thread_local std::array<Scalar, static_cast<std::size_t>(height * most_depth)> panel;
   const PackedRows<Matrix, is_transposed> rows{a};
@@ -124,7 +121,6 @@ auto product_of(const Matrix& a, const Matrix& b) {
       rows.pack(top, count, first, depth, panel.data());
       add_terms(panel.data(), first, depth, b, sum.middleRows(top, count));
     }
-  return sum;
 }
 
 }  // namespace
@@ -134,14 +130,18 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 using Eigen::Ref;
 
-MatrixXd product(const Ref<const MatrixXd>& a, const Ref<const MatrixXd>& b) {
-  return products_in_tiles::product_of<false>(a, b);
+void add_product(const Ref<const MatrixXd>& a, const Ref<const MatrixXd>& b, Ref<MatrixXd> c) {
+  products_in_tiles::add_product_to<false>(a, b, c);
 }
 MatrixXd transposed_product(const Ref<const MatrixXd>& a, const Ref<const MatrixXd>& b) {
-  return products_in_tiles::product_of<true>(a, b);
+  MatrixXd sum = MatrixXd::Zero(a.cols(), b.cols());
+  products_in_tiles::add_product_to<true>(a, b, sum);
+  return sum;
 }
 MatrixXf transposed_product(const Ref<const MatrixXf>& a, const Ref<const MatrixXf>& b) {
-  return products_in_tiles::product_of<true>(a, b);
+  MatrixXf sum = MatrixXf::Zero(a.cols(), b.cols());
+  products_in_tiles::add_product_to<true>(a, b, sum);
+  return sum;
 }
 
 }  // namespace kinetostat::spatial

@@ -37,23 +37,26 @@ ResidualSpace::ResidualSpace(const VectorXd& residual, const MatrixXd& fitted)
   residual_ = left_of(residual);
 }
 
-MatrixXd ResidualSpace::along_basis(const MatrixXd& columns) const {
+void ResidualSpace::take_away_fitted(Eigen::Ref<MatrixXd> columns) const {
   constexpr Index few = 2;  // that products of matrices gain nothing from
-  if (columns.cols() <= few) return basis_ * (basis_.transpose() * columns);
-  return spatial::product(basis_, spatial::transposed_product(basis_, columns));
+  if (columns.cols() <= few)
+    columns -= basis_ * (basis_.transpose() * columns);
+  else
+    spatial::add_product(basis_, -spatial::transposed_product(basis_, columns), columns);
 }
 
-MatrixXd ResidualSpace::left_of(const MatrixXd& columns) const {
-  MatrixXd left = columns - along_basis(columns);
+void ResidualSpace::reduce(Eigen::Ref<MatrixXd> columns) const {
   // Of what loses most of its length, once more against rounding: Kahan's "twice is enough".
   constexpr double most = 1e-4;  // of the square
-  std::vector<Index> again;
+  const Eigen::RowVectorXd before = columns.colwise().squaredNorm();
+  take_away_fitted(columns);
   for (Index j = 0; j < columns.cols(); ++j)
-    if (!(left.col(j).squaredNorm() > most * columns.col(j).squaredNorm())) again.push_back(j);
-  if (again.empty()) return left;
-  const MatrixXd little = left(Eigen::all, again);
-  left(Eigen::all, again) = little - along_basis(little);
-  return left;
+    if (!(columns.col(j).squaredNorm() > most * before[j])) take_away_fitted(columns.col(j));
+}
+
+MatrixXd ResidualSpace::left_of(MatrixXd columns) const {
+  reduce(columns);
+  return columns;
 }
 
 void ResidualSpace::for_each_left(
@@ -61,16 +64,17 @@ void ResidualSpace::for_each_left(
     const std::function<void(std::size_t, const MatrixXd&, const MatrixXd&)>& use) const {
   constexpr Index enough = 24;  // for products of matrices
   std::vector<MatrixXd> taken;
+  MatrixXd left;  // room for the largest group
   Index total = 0;
   for (std::size_t i = 0; i < count; ++i) {
     total += taken.emplace_back(columns(i)).cols();
     if (total < enough && i + 1 < count) continue;
-    MatrixXd all(residual_.size(), total);
+    if (left.cols() < total) left.resize(residual_.size(), total);
     for (Index at = 0; const MatrixXd& own : taken) {
-      all.middleCols(at, own.cols()) = own;
+      left.middleCols(at, own.cols()) = own;
       at += own.cols();
     }
-    const MatrixXd left = left_of(all);
+    reduce(left.leftCols(total));
     std::size_t number = i + 1 - taken.size();
     for (Index at = 0; const MatrixXd& own : taken) {
       use(number++, own, left.middleCols(at, own.cols()));

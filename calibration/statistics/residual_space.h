@@ -23,7 +23,7 @@ class ResidualSpace {
   ResidualSpace(const Eigen::VectorXd& residual, const Eigen::MatrixXd& fitted);
 
   /// N C for whitened columns C: the part that is not confounded with the fitted parameters.
-  Eigen::MatrixXd left_of(const Eigen::MatrixXd& columns) const;
+  Eigen::MatrixXd left_of(Eigen::MatrixXd columns) const;
   /// The same of many matrices, some at once: `use` is given the number, the columns and what is
   /// left of them, one after the other.
   void for_each_left(std::size_t count, const std::function<Eigen::MatrixXd(std::size_t)>& columns,
@@ -35,8 +35,9 @@ class ResidualSpace {
   const Eigen::MatrixXd& basis() const { return basis_; }
 
  private:
-  // Q Q' C.
-  Eigen::MatrixXd along_basis(const Eigen::MatrixXd& columns) const;
+  // C - Q Q' C in the place of C, once, and as often as rounding asks for.
+  void take_away_fitted(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  void reduce(Eigen::Ref<Eigen::MatrixXd> columns) const;
 
   Eigen::MatrixXd basis_;
   Eigen::VectorXd residual_;
