@@ -178,7 +178,7 @@ struct ModelicaModel {
   std::string behind(const std::string& connector, const std::string& kind) const {
     const auto [first, last] = connected.equal_range(connector);
     for (auto i = first; i != last; ++i) {
-      const std::string name = i->second.substr(0, i->second.find('.'));
+      std::string name = i->second.substr(0, i->second.find('.'));
       if (components.contains(name) && components.at(name).first.ends_with(kind)) return name;
     }
     return {};
