@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <system_error>
 #include <tinyxml2.h>
 
 #include <fmt/format.h>
@@ -86,11 +87,12 @@ const XmlFile::Element& XmlFile::root(const char* name, const char* format) cons
 const XmlFile::Element& XmlFile::include(const Element& element, const char* attribute) {
   const std::filesystem::path other =
       (file().parent_path() / text(element, attribute)).lexically_normal();
-  if (!std::filesystem::is_regular_file(other))
+  std::error_code unusable;  // as of a name that is too long
+  if (!std::filesystem::is_regular_file(other, unusable))
     fail(element, fmt::format("there is no file '{}' to include", other.string()),
          "Put it there, or correct the name");
   for (const Document& known : documents_)
-    if (std::filesystem::equivalent(known.file, other))
+    if (std::filesystem::equivalent(known.file, other, unusable))
       fail(element, fmt::format("'{}' is included twice", other.string()));
   documents_.push_back(read(other));
   const Element* root = documents_.back().content->RootElement();

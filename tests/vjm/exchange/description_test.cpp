@@ -485,6 +485,8 @@ TEST_F(Description, OfMjcfReadsWhatItIncludes) {
 
   expect_refused("scene.xml", scene("<include file='hand.xml'/>"), "hand.xml' is included twice");
   expect_refused("scene.xml", scene("<include file='foot.xml'/>"), "there is no file");
+  expect_refused("scene.xml", scene("<include file='" + std::string(5000, 'x') + "'/>"),
+                 "there is no file");
   part("arm.xml", "<worldbody><body>\n<freejoint/></body></worldbody>");
   expect_refused("scene.xml", scene(""), "arm.xml:3: <freejoint>");
   part("arm.xml", "<include file='arm.xml'/>");
